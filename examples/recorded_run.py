@@ -6,9 +6,11 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from collplan_ros.run.reader import messages
+from collplan_ros.run.reader import is_whole, messages
 
 path = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/latest") / "run.mcap"
+if not is_whole(path):
+    print(f"{path}: has no end, it is cut off: replay --finish gives it one")
 poses, commands = [], []
 for topic, came, message in messages(path, ["mocap/odom", "cmd_vel"]):
     if topic == "mocap/odom":
@@ -16,6 +18,8 @@ for topic, came, message in messages(path, ["mocap/odom", "cmd_vel"]):
         poses.append((1e-9 * came, at.x, at.y, np.hypot(speed.x, speed.y)))
     else:
         commands.append((1e-9 * came, np.hypot(message.linear.x, message.linear.y)))
+if not poses:
+    sys.exit(f"{path}: holds no pose")
 t, x, y, speed = np.array(poses).T
 print(f"{path}: {len(poses)} poses and {len(commands)} commands in {t[-1] - t[0]:.1f} s")
 

@@ -32,8 +32,8 @@ def logged_trial_and_hits(world: str, settings: Settings, seed: int) -> tuple[tu
         return result, memory
 
     class LoggedRecord(trial.TrialRecord):
-        def planned(self, plan):
-            super().planned(plan)
+        def planned(self, plan, planning_time):
+            super().planned(plan, planning_time)
             log.plans[plan.stamp] = PlanRow(plan.stamp, plan.times, plan.positions, plan.contacts)
 
         def moved(self, truth):

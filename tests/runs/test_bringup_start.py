@@ -1,40 +1,77 @@
 """What keeps bringup from starting: one sentence and exit code 2, before the first node."""
 
+import errno
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from collplan_core.parameters import Mocap, ParameterError
 from collplan_ros.bringup.failures import NOT_STARTED, StartError
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.node_kit.reachability import why_no_graph
+from collplan_ros.node_kit import reachability
+from collplan_ros.node_kit.reachability import why_no_graph, why_no_logs
 
 BRINGUP = [str(Path(sys.executable).with_name("bringup")), "--no-pictures"]
 
 
-def started(command=(), **variables):
-    """Exit code and output of bringup with these environment variables; None removes one."""
+def started(command=(), program=BRINGUP, **variables):
+    """Exit code and output of bringup, or of another program, with these environment variables; None removes one."""
     env = {**os.environ, **{key: value for key, value in variables.items() if value is not None}}
     for key in (key for key, value in variables.items() if value is None):
         env.pop(key, None)
-    done = subprocess.run([*command, *BRINGUP], env=env, capture_output=True, text=True, errors="replace", timeout=60)
+    done = subprocess.run([*command, *program], env=env, capture_output=True, text=True, errors="replace", timeout=60)
     return done.returncode, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("domain", ["abc", "300", "-1", "233", "1.5", "0x", "4 2", "eins"])
 def test_a_domain_that_is_none_is_named(domain):
-    why = why_no_graph({"ROS_DOMAIN_ID": domain})
+    why = why_no_graph({"ROS_DOMAIN_ID": domain}, local=False)
     assert why == f"ROS_DOMAIN_ID: got {domain!r}, expected a whole number in [0, 232]"
 
 
 @pytest.mark.parametrize("domain", ["", "0", "42", "232"])
 def test_a_domain_is_taken(domain):
-    assert why_no_graph({"ROS_DOMAIN_ID": domain}) == ""
-    assert why_no_graph({}) == ""
+    assert why_no_graph({"ROS_DOMAIN_ID": domain}, local=True) == ""
+    assert why_no_graph({}, local=True) == ""
+
+
+@pytest.mark.parametrize("local", [True, False])
+def test_only_a_local_graph_needs_the_loopback_interface(monkeypatch, local):
+    def unreachable(*_):
+        raise OSError(errno.ENETUNREACH, "Network is unreachable")
+
+    monkeypatch.setattr(reachability.socket, "socket", lambda *_: SimpleNamespace(connect=unreachable, close=int))
+    expected = "the loopback interface is down (Network is unreachable): ip link set lo up" if local else ""
+    assert why_no_graph({}, local) == expected
+
+
+@pytest.mark.parametrize("key", ["ROS_LOG_DIR", "ROS_HOME", "HOME"])
+def test_a_node_needs_a_folder_for_the_logs_of_ros(key):
+    assert why_no_logs({key: "/somewhere"}) == ""
+    for none in ({}, {key: ""}, {"ROS_LOG_DIR": "", "HOME": "", "USER": "me"}):
+        assert why_no_logs(none) == "ROS_LOG_DIR: not set, and no HOME either, expected a folder for ROS's logs"
+
+
+@pytest.mark.parametrize(
+    ("variables", "said"),
+    [
+        ({"HOME": None, "ROS_LOG_DIR": None, "ROS_HOME": None}, "ROS_LOG_DIR: not set"),
+        ({"HOME": "", "ROS_LOG_DIR": "", "ROS_HOME": ""}, "ROS_LOG_DIR: not set"),
+        ({"ROS_LOG_DIR": "/proc/nope"}, "/proc/nope"),
+        ({"ROS_DOMAIN_ID": "-1"}, "ROS_DOMAIN_ID: got '-1'"),
+        ({"ROS_DOMAIN_ID": "300"}, "ROS_DOMAIN_ID: got '300'"),
+    ],
+)
+def test_a_node_that_ros_does_not_start_says_so_in_one_sentence(variables, said):
+    code, output = started(program=[str(Path(sys.executable).with_name("planner_node"))], **variables)
+    assert (code, len(output.splitlines())) == (NOT_STARTED, 1), output
+    assert output.startswith("planner_node: ")
+    assert said in output
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Files that a power cut left in half: every reader says so in a sentence, and none calls them whole."""
 
+import runpy
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from collplan_ros.fit.fit_robot import main as fit_robot
 from collplan_ros.replay.main import main as replay
 from collplan_ros.replay.report import REFUSED, SAME
 from collplan_ros.run.completion import complete
+from collplan_ros.run.page.beside import main as beside
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RunError
 
@@ -81,6 +83,36 @@ def test_a_cut_summary_is_made_anew(cut, whole, how):
 @pytest.mark.parametrize("how", ["empty", "one byte", "last byte", "half zeros"])
 def test_a_cut_table_is_named(cut, name, how):
     assert f"{name} cut off: remove summary.json" in complete(cut(name, how))
+
+
+def test_missing_parameters_are_made_anew(cut, whole):
+    folder = cut("parameters.yaml", "half")
+    (folder / "parameters.yaml").unlink()
+    assert "parameters.yaml is made from run.mcap" in complete(folder)
+    assert (folder / "parameters.yaml").read_bytes() == (whole / "parameters.yaml").read_bytes()
+
+
+@pytest.mark.parametrize(("name", "said"), [("run.mcap", "recording is cut off"), ("summary.json", "bringup ended")])
+def test_runs_beside_each_other_say_which_is_cut(cut, whole, tmp_path, capsys, name, said):
+    folder = cut(name, "last byte")
+    assert beside([str(whole), str(folder), "--out", str(tmp_path / "both.html")]) == SAME
+    said_of = [line for line in capsys.readouterr().out.splitlines() if "incomplete" in line]
+    assert len(said_of) == 1
+    assert said_of[0].startswith(str(folder))
+    assert said in said_of[0]
+
+
+@pytest.mark.parametrize("how", ["a tenth", "half", "last byte", "last 9 bytes", "half zeros"])
+def test_the_script_of_examples_says_that_a_recording_is_cut(cut, monkeypatch, capsys, how):
+    script, folder = Path(__file__).parents[2] / "examples" / "recorded_run.py", cut("run.mcap", how)
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setattr("sys.argv", [script.name, "."])
+    try:
+        runpy.run_path(str(script), run_name="__main__")
+    except SystemExit as end:
+        assert end.code == "run.mcap: holds no pose"
+    assert "run.mcap: has no end, it is cut off" in capsys.readouterr().out
 
 
 def test_the_page_and_the_fit_of_a_cut_run_say_so(cut, capsys):

@@ -9,13 +9,14 @@ import pyarrow.parquet as pq
 import pytest
 from distributed import LocalCluster
 
+from collplan_core.worlds import WorldError
 from collplan_study.main import main
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.options import StudyOptions
 from collplan_study.run import preparation, provenance, worker
 from collplan_study.run.provenance import SIMULATOR, trial_code
 from collplan_study.run.row_file import RowFile
-from collplan_study.run.study_folder import ROWS
+from collplan_study.run.study_folder import ROWS, read_provenance, read_sources
 from study_runs import GRID, N_TRIALS, n_rows, paths, resume, run, same, start, table, wait_for_rows
 
 FEW = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "2", "--jobs", "1", "--no-report"]
@@ -97,6 +98,33 @@ def test_a_last_line_cut_off_is_run_again(whole, copy):
             (copy / name).unlink()
         assert same(whole, resume(copy, "--jobs", "1"))
         assert n_rows(copy) == N_TRIALS
+
+
+def test_a_world_that_is_cut_off_anywhere_is_not_taken_for_another(whole, copy):
+    path, provenance = copy / "worlds" / "0000.yaml", read_provenance(copy)
+    written, before = path.read_bytes(), read_sources(copy, provenance)
+    assert [each.world for each in before] == [each.world for each in read_sources(whole, provenance)]
+    for length in range(len(written)):
+        path.write_bytes(written[:length])
+        with pytest.raises(WorldError, match=r"0000\.yaml"):
+            read_sources(copy, provenance)
+
+
+@pytest.mark.parametrize("name", ["trials.parquet", "trajectories.parquet", "impacts.parquet"])
+@pytest.mark.parametrize("kept", [0, 1, 0.5, -1, -9])
+def test_a_table_that_is_cut_off_is_made_anew(whole, copy, name, kept):
+    held = (copy / name).read_bytes()
+    (copy / name).write_bytes(held[: int(kept * len(held)) if isinstance(kept, float) else kept])
+    assert same(whole, resume(copy, "--jobs", "1"))
+    assert (copy / name).read_bytes() == (whole / name).read_bytes()
+
+
+@pytest.mark.parametrize("kept", [0, 1, 0.5, 0.9, -3])
+def test_a_provenance_that_is_cut_off_is_refused(copy, capsys, kept):
+    held = (copy / "provenance.json").read_text(encoding="utf-8")
+    cut = held[: int(kept * len(held)) if isinstance(kept, float) else kept]
+    (copy / "provenance.json").write_text(cut, encoding="utf-8")
+    assert "provenance.json: not JSON" in refused(capsys, copy)
 
 
 def test_the_same_command_goes_on_and_another_one_is_refused(whole, copy, capsys):

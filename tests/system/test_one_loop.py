@@ -8,6 +8,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from collplan_core.ages import StallGuard
 from collplan_core.deadline import never
 from collplan_core.goal import Goal
+from collplan_core.loop import closed_loop
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle
 from collplan_core.loop.planner_loop import PlannerLoop
@@ -61,8 +62,8 @@ def recorded(world, strategy, monkeypatch) -> list[tuple]:
             return super().tick(local)
 
     with monkeypatch.context() as patched:
-        patched.setattr(trial, "PlannerLoop", RecordedPlanner)
-        patched.setattr(trial, "ControllerLoop", RecordedController)
+        patched.setattr(closed_loop, "PlannerLoop", RecordedPlanner)
+        patched.setattr(closed_loop, "ControllerLoop", RecordedController)
         trial.run_trial(load_world(world), settings_of(strategy), 1)
     return events
 

@@ -134,24 +134,23 @@ def put_scan(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
     try:
         taken = scan_from_message(scan(drawn, true), "base_link")
     except ScanError as error:
-        nodes._planner.refuse("scan", str(error))
-        nodes._controller.refuse("scan", str(error))
+        nodes.loop.planner.refuse("scan", str(error))
+        nodes.loop.controller.refuse("scan", str(error))
         return
-    nodes._planner.take_scan(taken, nodes.simulator.time)
-    nodes._controller.take_scan(taken, nodes.simulator.time)
+    nodes.loop.take_scan(taken, nodes.simulator.time)
 
 
 def put_path(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
     with suppress(MessageError):
         message = path(drawn, true.stamp, *nodes.simulator.state.position.tolist())
-        nodes._controller.take_plan(plan_from_path(serialize_message(message), "map"), nodes.simulator.time)
+        nodes.loop.controller.take_plan(plan_from_path(serialize_message(message), "map"), nodes.simulator.time)
 
 
 def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> int:
     """A trial in which planner and controller get nonsense before they act, as their nodes would; how many messages."""
     drawn, moved, n = Nonsense(seed), 0, 0
     newest: Scan | None = None
-    take_scan, pass_on = trial._Nodes._take_scan, trial._Nodes._pass_on
+    take_scan, hear = trial._Nodes._take_scan, trial._Nodes._hear
     commanded = TrialRecord.commanded
 
     def take(nodes: trial._Nodes, true: Scan) -> None:
@@ -170,11 +169,12 @@ def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> 
 
         return acting
 
-    def planned(nodes: trial._Nodes, decisions: list[Decision]) -> None:
-        for plan in (decision.plan for decision in decisions if isinstance(decision, Cycle)):
+    def planned(nodes: trial._Nodes, decision: Decision, local: float) -> None:
+        if isinstance(decision, Cycle):
+            plan = decision.plan
             if not all(np.isfinite(each).all() for each in (plan.times, plan.positions, plan.velocities)):
                 raise Wrong(f"a plan of {plan.positions}")
-        pass_on(nodes, decisions)
+        hear(nodes, decision, local)
 
     def judged(record: TrialRecord, command: Command, now: float) -> None:
         nonlocal moved
@@ -188,7 +188,7 @@ def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> 
         patched.setattr(trial._Nodes, "_take_scan", take)
         patched.setattr(trial._Nodes, "planner", after_nonsense(trial._Nodes.planner))
         patched.setattr(trial._Nodes, "controller", after_nonsense(trial._Nodes.controller))
-        patched.setattr(trial._Nodes, "_pass_on", planned)
+        patched.setattr(trial._Nodes, "_hear", planned)
         patched.setattr(TrialRecord, "commanded", judged)
         trial.run_trial(load_world(world(seed)), SETTINGS, seed)
     if moved < DROVE:

@@ -83,7 +83,7 @@ class Scan:
         if not (0.0 <= self.range_min < self.range_max):
             raise ScanError(
                 f"limits: got range_min {self.range_min}, range_max {self.range_max}, "
-                "expected 0 <= range_min < range_max"
+                "expected finite numbers, 0 <= range_min < range_max; inf is no largest range"
             )
         if self.sensor_poses is not None and self.sensor_poses.shape != (len(ranges), 3):
             raise ScanError(f"sensor_poses: got shape {self.sensor_poses.shape}, expected {(len(ranges), 3)}")

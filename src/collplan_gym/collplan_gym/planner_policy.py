@@ -5,13 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.deadline import never
 from collplan_core.given import check_type
-from collplan_core.goal import Goal
-from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.closed_loop import ClosedLoop
 from collplan_core.loop.decisions import Cycle, Decision
-from collplan_core.loop.planner_loop import PlannerLoop
-from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.plane import rotate
@@ -54,40 +50,28 @@ class PlannerPolicy:
             self._begin()
         self._stamp = stamp
         for at, *change in info["changes"]:
-            self._act_on(self._planner.take_impact(at, np.array(change), at))
+            self._loop.take_impact(at, np.array(change), at)
         for at, px, py, vx, vy, heading in info["states"]:
-            state = State(at, np.array([px, py]), np.array([vx, vy]), heading)
-            self._controller.take_pose(state, state.stamp)
-            self._act_on(self._planner.take_pose(state, state.stamp))
+            self._loop.take_pose(State(at, np.array([px, py]), np.array([vx, vy]), heading), at)
         if begins:
             ahead, left = rotate(*observation["goal"].tolist(), yaw)
-            self._act_on(self._planner.take_goal(b"the only goal...", np.array([x + ahead, y + left]), stamp))
-        scan = self._scan(observation["scan"])
-        self._planner.take_scan(scan, stamp)
-        self._controller.take_scan(scan, stamp)
+            self._loop.take_goal(np.array([x + ahead, y + left]), stamp)
+        self._loop.take_scan(self._scan(observation["scan"]), stamp)
         if stamp >= self._due - SOON:
             self._due = stamp + map_period_of(self._settings)
-            self._act_on(self._planner.cycle(stamp))
-        command = self._controller.tick(stamp)
-        self._planner.take_command(command.velocity, stamp)
-        return np.asarray(command.velocity, dtype=np.float32)
+            self._loop.plan(stamp)
+        return np.asarray(self._loop.tick(stamp).velocity, dtype=np.float32)
 
     def _begin(self) -> None:
-        sensed = SensedScans(self._settings.limits.pose_history)
-        self._planner = PlannerLoop(self._settings, lambda settings: never, sensed=sensed)
-        self._controller = ControllerLoop(self._settings, sensed=sensed)
+        self._loop = ClosedLoop(self._settings, self._hear)
         self.plan, self._due = None, -math.inf
+
+    def _hear(self, decision: Decision, _: float) -> None:
+        if isinstance(decision, Cycle):
+            self.plan = decision.plan
 
     def _scan(self, ranges: np.ndarray) -> Scan:
         lidar = self._settings.lidar
         seen = np.where(ranges < np.float32(lidar.range_max), ranges.astype(float), math.inf)
         increment = beam_increment(lidar)
         return Scan(self._stamp, lidar.angle_min, increment, lidar.range_min, lidar.range_max, seen)
-
-    def _act_on(self, decisions: list[Decision]) -> None:
-        for decision in decisions:
-            if isinstance(decision, Goal):
-                self._controller.take_goal(decision)
-            elif isinstance(decision, Cycle):
-                self.plan = decision.plan
-                self._controller.take_plan(decision.plan, self._stamp)

@@ -4,10 +4,7 @@
 """
 
 from collections import deque
-from collections.abc import Callable
 from pathlib import Path
-from time import perf_counter
-from typing import ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,10 +13,8 @@ from collplan_core.deadline import Deadline, after, never
 from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor, drive_noise_hint
 from collplan_core.given import check_type, finite
 from collplan_core.goal import EXECUTING, Goal
-from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.closed_loop import ClosedLoop
 from collplan_core.loop.decisions import Cycle, Decision
-from collplan_core.loop.planner_loop import PlannerLoop
-from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory, map_period_of
 from collplan_core.scan import Scan
@@ -33,7 +28,6 @@ from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_journal import TrialJournals, trial_journals
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
-P = ParamSpec("P")
 PLANNER_PHASE = 0.01
 """After a scan the planner works on it so much later, as in the graph, where each node runs on its own timer [s]."""
 CONTROLLER_PHASE = 0.025
@@ -46,22 +40,17 @@ class _Nodes:
     def __init__(
         self, world: World, settings: Settings, seed: int, goal: np.ndarray, solid: World, journals: TrialJournals
     ) -> None:
-        self.settings = settings
-        self._journals = journals
-        self._to_planner, self._to_controller = journals.planner.call, journals.controller.call
-        self.simulator = Simulator(solid, settings, seed)
+        self.settings, self.simulator = settings, Simulator(solid, settings, seed)
         self.record = TrialRecord(world.name, settings, seed)
-        self._filter_memory = pose_filter.FRESH
-        known_map = first_memory(settings, world)
-        sensed = SensedScans(settings.limits.pose_history)
-        self._planner = PlannerLoop(settings, journals.planner.counted(_deadline), known_map, sensed=sensed)
-        self._controller = ControllerLoop(settings, sensed=sensed)
+        self._journals, self._filter_memory = journals, pose_filter.FRESH
+        both = journals.planner, journals.controller
+        self.loop = ClosedLoop(settings, self._hear, _deadline, first_memory(settings, world), both)
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
         self._measured: deque[PoseSample] = deque()
         self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed)
         self._instant = InstantLidar(world, settings.lidar, seed)
-        self._pass_on(self._to_planner(self._planner.take_goal, b"the only goal...", goal, self.simulator.time))
+        self.loop.take_goal(goal, self.simulator.time)
 
     def step(self, steps: int) -> None:
         """Advances time, and with it the sweep of a sensor that has one, from the robot's true pose."""
@@ -82,37 +71,31 @@ class _Nodes:
         sample = self._measured.popleft()
         result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
         if result.refused:
-            self._to_controller(self._controller.refuse, "pose", result.refused)
+            self.loop.refuse_pose(result.refused)
         if result.kidnapped:
-            self._to_controller(self._controller.refuse, "pose", pose_filter.KIDNAPPED)
-        if result.state is None:
-            return
-        state = self._state = result.state
-        self._to_controller(self._controller.take_pose, state, now)
-        if result.impact is not None:
-            self._pass_on(self._to_planner(self._planner.take_impact, sample.stamp, result.impact.change, now))
-        self._plan(self._planner.take_pose, state, now)
+            self.loop.refuse_pose(pose_filter.KIDNAPPED)
+        if result.state is not None:
+            self._state = result.state
+            impact = None if result.impact is None else (sample.stamp, result.impact.change)
+            self.loop.take_pose(result.state, now, impact)
 
     def lidar(self) -> None:
         if self._state is not None and self._sweeps is None:
             self._take_scan(self._instant.scan(self._state))
 
     def planner(self) -> None:
-        self._plan(self._planner.cycle, self.simulator.time)
+        self.loop.plan(self.simulator.time)
         self._journals.planner.end_cycle()
 
     def controller(self) -> None:
-        command = self._to_controller(self._controller.tick, self.simulator.time)
+        command = self.loop.tick(self.simulator.time)
         self.simulator.command(command.velocity, command.yaw_rate)
-        self._to_planner(self._planner.take_command, command.velocity, self.simulator.time)
-        if self.settings.robot.motion_delay_estimated:
-            self._to_planner(self._planner.take_motion_delay, self._controller.motion.verdict.delay)
         self.record.commanded(command, self.simulator.time)
         self._journals.controller.end_cycle()
 
     def outcome(self) -> str | None:
         """Returns how the run has ended; None while it goes on."""
-        ended = OUTCOMES.get(self._planner.goal.status)
+        ended = OUTCOMES.get(self.loop.planner.goal.status)
         if ended or self._state is None:
             return ended
         return self._monitor.outcome(self._state.stamp, self._state.position)
@@ -120,7 +103,7 @@ class _Nodes:
     @property
     def reason(self) -> str:
         """Reason why the goal was given up, or why the run is over."""
-        return (self._monitor.reason or self._planner.trouble) + drive_noise_hint(self.settings)
+        return (self._monitor.reason or self.loop.planner.trouble) + drive_noise_hint(self.settings)
 
     @property
     def newest_stamp(self) -> float:
@@ -128,24 +111,13 @@ class _Nodes:
         return self.simulator.time if self._state is None else self._state.stamp
 
     def _take_scan(self, scan: Scan) -> None:
-        self._to_planner(self._planner.take_scan, scan, self.simulator.time)
-        self._to_controller(self._controller.take_scan, scan, self.simulator.time)
+        self.loop.take_scan(scan, self.simulator.time)
 
-    def _plan(self, decide: Callable[P, list[Decision]], *given: P.args, **named: P.kwargs) -> None:
-        begun = perf_counter()
-        decisions = self._to_planner(decide, *given, **named)
-        self.record.planning_time = perf_counter() - begun
-        self._pass_on(decisions)
-
-    def _pass_on(self, decisions: list[Decision]) -> None:
-        for decision in decisions:
-            if isinstance(decision, Goal):
-                self._to_controller(self._controller.take_goal, decision)
-                if decision.status == EXECUTING:
-                    self._monitor.executing(self.simulator.time)
-            elif isinstance(decision, Cycle):
-                self._to_controller(self._controller.take_plan, decision.plan, self.simulator.time)
-                self.record.planned(decision.plan)
+    def _hear(self, decision: Decision, local: float) -> None:
+        if isinstance(decision, Cycle):
+            self.record.planned(decision.plan, self.loop.planning_time)
+        elif isinstance(decision, Goal) and decision.status == EXECUTING:
+            self._monitor.executing(local)
 
 
 def _deadline(settings: Settings) -> Deadline:

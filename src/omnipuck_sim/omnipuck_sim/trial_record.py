@@ -78,13 +78,11 @@ class TrialRecord:
 
     Attributes:
         impacts: the simulator's impacts. May be added to.
-        planning_time: wall time of the newest decision of the planner [s]. May be set.
     """
 
     def __init__(self, world: str, settings: Settings, seed: int) -> None:
         """Starts empty."""
         self.impacts: list[Impact] = []
-        self.planning_time = 0.0
         self._world, self._settings, self._seed = world, settings, seed
         self._begun: float | None = None
         self._rows: list[tuple[float, ...]] = []
@@ -93,10 +91,10 @@ class TrialRecord:
         self._maneuvers: Counter[str] = Counter()
         self._commands: list[tuple[float, ...]] = []
 
-    def planned(self, plan: Plan) -> None:
-        """Takes a plan, made in the newest planning time."""
+    def planned(self, plan: Plan, planning_time: float) -> None:
+        """Takes a plan, and the wall time in which it was made [s]."""
         self._plans.append(plan)
-        self._plan_times.append(self.planning_time)
+        self._plan_times.append(planning_time)
 
     def commanded(self, command: Command, now: float) -> None:
         """Takes a command given at `now` [s]; time counts from the first one that moves the robot."""

@@ -49,7 +49,7 @@ class Sensors:
 
     def take_scan(self, scan: Scan, local: float, settings: Settings) -> None:
         """Adds a scan received at `local` [s, local clock]."""
-        reason = _why_slow(scan, settings.limits) or self._why_untimely(scan.stamp, local, settings.limits)
+        reason = self._why_untimely(scan, local, settings.limits)
         if not reason:
             try:
                 self._count(self.sensed.take_scan(scan, local, settings))
@@ -59,10 +59,13 @@ class Sensors:
             self._refusals.add("scan", reason)
             self.refuse("scan", reason)
 
-    def _why_untimely(self, stamp: float, local: float, limits: Limits) -> str:
-        """Returns why a scan with this stamp [s] comes too late, or too early for its pose; "" where it is in time."""
+    def _why_untimely(self, scan: Scan, local: float, limits: Limits) -> str:
+        """Returns why a scan takes too long, or comes too late or too early for its pose; "" where it is in time."""
+        if scan.sweep > limits.scan_age:
+            found = f"time_increment or scan_time: {len(scan.ranges)} beams take {scan.sweep:.2g} s"
+            return f"{found}, expected at most limits.scan_age {limits.scan_age:g} s: scan.instant?"
         now = self._clock.now(local)
-        late = 0.0 if now is None else now - stamp
+        late = 0.0 if now is None else now - scan.stamp
         if late > limits.scan_age:
             return f"it comes {late:.2f} s after its stamp, limit {limits.scan_age:.2f} s"
         if -late > limits.pose_age:
@@ -129,11 +132,3 @@ class Sensors:
     def newest_stamp(self) -> float:
         """Stamp of the newest pose [s], 0 before the first; no plan made so far has a later one."""
         return 0.0 if self.state is None else self.state.stamp
-
-
-def _why_slow(scan: Scan, limits: Limits) -> str:
-    """Returns why a scan takes longer than it may; "" where it does not."""
-    if scan.sweep <= limits.scan_age:
-        return ""
-    found = f"time_increment or scan_time: {len(scan.ranges)} beams take {scan.sweep:.2g} s"
-    return f"{found}, expected at most limits.scan_age {limits.scan_age:g} s: scan.instant?"

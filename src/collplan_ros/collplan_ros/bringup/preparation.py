@@ -97,9 +97,10 @@ def prepare(options: Options) -> Preparation:
             a goal that cannot be reached, a program that is not installed, or something that a robot which is not
             simulated needs.
     """
-    if why := why_no_graph(os.environ):
-        raise StartError(why)
     robot = robot_kind(options.robot)
+    network = options.network or robot.network or "local"
+    if why := why_no_graph(os.environ, network == "local"):
+        raise StartError(why)
     asked, chosen = options.asked(robot.simulated), options.values()
     try:
         given = read_parameters(options.params, options.namespace) if options.params else {}
@@ -113,7 +114,6 @@ def prepare(options: Options) -> Preparation:
             listening_socket(settings.view.port).close()
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
-    network = options.network or robot.network or "local"
     return Preparation(robot, network, settings, world, goal, found, asked, options.namespace, speed, options.check)
 
 

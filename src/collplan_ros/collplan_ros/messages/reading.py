@@ -12,6 +12,7 @@ from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, 
 from collplan_core.parameters import ScanInput
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.sensing.scan_filters import is_masked
 
 NANOSECONDS = 1_000_000_000
 SHIPPED = ScanInput()
@@ -19,8 +20,8 @@ QUATERNION_TOLERANCE = 0.01
 """Largest deviation of a quaternion's norm from 1 in the project's own messages."""
 GOAL_STATUS = {0: NO_GOAL, 1: ACCEPTED, 2: EXECUTING, 4: SUCCEEDED, 5: CANCELED, 6: ABORTED}
 """Status of a goal by its number in action_msgs/GoalStatus."""
-MANY_ZEROS = 0.1
-"""Share of ranges of 0 that is suspicious where they mean that something is near."""
+MANY_NEAR = 0.1
+"""Share of ranges below range_min that is suspicious: something may be near, or a number means something else."""
 ZERO = {"near": 0.0, "lost": math.nan, "free": math.inf}
 """Replacement for a range of 0; a near one stays, as it is below range_min."""
 
@@ -85,13 +86,14 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
     )
 
 
-def suspicious_zeros(message: Any, taken: ScanInput) -> str:
-    """Returns what is suspicious about the zeros among the ranges of a LaserScan; "" where they are few."""
-    ranges = np.asarray(message.ranges)
-    share = float(np.mean((ranges >= 0.0) & (ranges <= taken.codes_below))) if len(ranges) else 0.0
-    if taken.zero != "near" or share < MANY_ZEROS:
-        return ""
-    return f"{share:.0%} of the ranges are 0 and count as nearer than range_min (scan.zero: near): lost, or free?"
+def suspiciously_near(message: Any, taken: ScanInput) -> str:
+    """Returns what is suspicious about the ranges below range_min in a LaserScan; "" where they are few."""
+    ranges = _ranges(message, taken)
+    angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
+    used = ranges[~is_masked(angles, taken.masked_angles)]
+    near = (used >= 0.0) & ((used < message.range_min) | (used == 0.0))
+    share = near.sum() / max(len(used), 1)
+    return f"{share:.0%} of the beams are nearer than range_min: scan.zero, scan.codes_below?" * (share >= MANY_NEAR)
 
 
 def _ranges(message: Any, taken: ScanInput) -> np.ndarray:

@@ -1,6 +1,7 @@
 """State of one input of a node over time: it comes, it is missing, or it is refused."""
 
 import re
+from collections import Counter
 from collections.abc import Callable
 
 STREAM = "stream"
@@ -11,8 +12,6 @@ EVENT = "event"
 """An input that comes when something happens: never missed."""
 
 COMES = "comes"
-NOBODY = "0 publishers"
-"""Description of an input that no node publishes."""
 PATIENCE = 2
 """Checks in a row without a message after which an input is missed. Checks, not seconds: a stalled node misses none."""
 
@@ -23,21 +22,20 @@ class InputWatch:
     Args:
         name: name of the topic.
         need: STREAM, STATE or EVENT.
-        publishers: describes its publishers: NOBODY, or "1 publisher, ..."; called only where it matters.
-        mismatch: describes publishers whose messages can never be received, "" without one.
+        publishers: returns for each of its publishers why its messages can never be received, "" where they can.
 
     Attributes:
         n_taken, n_refused: messages so far.
-        hint: what is suspicious about the messages that are taken, "" for nothing.
+        hint: what is suspicious about messages that were taken, "" for nothing.
+        dropped: why the newest message was neither taken nor refused, "" where it was.
     """
 
-    def __init__(self, name: str, need: str, publishers: Callable[[], str], mismatch: Callable[[], str]) -> None:
+    def __init__(self, name: str, need: str, publishers: Callable[[], list[str]]) -> None:
         self.name = name
         self.n_taken = self.n_refused = 0
         self._need = need
-        self.hint = ""
+        self.hint = self.dropped = ""
         self._publishers = publishers
-        self._mismatch = mismatch
         self._reason = ""
         self._checked = 0, 0
         self._quiet = 0
@@ -54,19 +52,17 @@ class InputWatch:
         The key of an input that arrives is COMES, with its name.
         """
         before, self._true = self._true, self._what_is_true()
-        mismatch = self._mismatch()
-        # an input that is missing for it has been described with it
-        if mismatch and not any(mismatch in text for text in self._true.values()):
-            self._true = {**self._true, mismatch: f"{self.name}: {mismatch}"}
-        return {fact: text for fact, text in self._true.items() if fact not in before}
+        # an obstacle told while the input was missing is not told again once it comes from another publisher
+        return {fact: text for fact, text in self._true.items() if fact not in before and f"no {fact}" not in before}
 
     def _what_is_true(self) -> dict[str, str]:
         before, self._checked = self._checked, (self.n_taken, self.n_refused)
         taken, refused = (now - then for now, then in zip(self._checked, before, strict=True))
-        stays = not refused and self._need == STATE and self.n_taken > 0 and self._publishers() != NOBODY
-        if not (taken or refused or stays):
-            return self._without_messages()
-        self._quiet = 0
+        publishers = self._publishers()
+        stays = not refused and self._need == STATE and self.n_taken > 0 and "" in publishers
+        self._quiet = 0 if taken or refused or stays else self._quiet + 1
+        if 0 < self._quiet < PATIENCE:
+            return self._true
         true = {COMES: self.name} if (taken or stays) and self._need != EVENT else {}
         if refused:
             kind = re.sub(r"\d+", "#", self._reason)  # other numbers in it do not make it another reason
@@ -74,11 +70,19 @@ class InputWatch:
             true[f"{bool(taken)} {kind}"] = f"{self.name} refused: {self._reason}"
         if self.hint:
             true["hint"] = f"{self.name}: {self.hint}"
-        return true
+        return true | {line: line for line in self._obstacles(publishers)}
 
-    def _without_messages(self) -> dict[str, str]:
-        self._quiet += 1
-        if self._quiet < PATIENCE:
-            return self._true
-        missing = f"no {self.name}: {self._publishers()}"
-        return {} if self._need == EVENT else {missing: missing}
+    def _obstacles(self, publishers: list[str]) -> list[str]:
+        """Lines about the lack of messages, and about publishers whose messages can never be received."""
+        missing = self._quiet > 0 and self._need != EVENT
+        silence = (self.dropped if self._quiet else "") or "nothing received" * missing
+        reasons = Counter(why or silence for why in publishers)
+        found = [f"{counted(n)}, {why}" for why, n in reasons.items() if why]
+        if missing and not publishers:
+            found = [counted(0)]
+        return [f"{'no ' if missing else ''}{self.name}: {each}" for each in found]
+
+
+def counted(n: int) -> str:
+    """A number of publishers in words."""
+    return f"{n} publisher{'s' * (n != 1)}"

@@ -1,6 +1,6 @@
 """The subscriptions of a node, and its log lines about them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
@@ -12,10 +12,10 @@ from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import steady_clock
-from collplan_ros.node_kit.input_watch import COMES, NOBODY, STREAM, InputWatch
+from collplan_ros.node_kit.input_watch import COMES, STREAM, InputWatch, counted
 from collplan_ros.node_kit.message_info import Info, with_info
 
-NOTHING = "nothing received"
+TWISTS = {"geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"}
 ONLY_OTHERS = "but its messages hold nothing for this node"
 CHECK_PERIOD = 1.0
 """Time between two looks at the inputs [s]; each logs at most one warning and one line of information."""
@@ -48,7 +48,6 @@ class Inputs:
         self._node = node
         self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}
-        self._others: dict[str, bool] = {}
         self._clock_runs = False
 
     def listen(
@@ -77,12 +76,13 @@ class Inputs:
         """
         # the name after remapping, relative where it is in the node's namespace
         name = self._node.resolve_topic_name(topic).removeprefix(self._node.get_namespace().rstrip("/") + "/")
-        watch = InputWatch(
-            name,
-            need,
-            lambda: self._publishers(message_type, topic, qos),
-            lambda: self._mismatch(message_type, topic, qos),
-        )
+        expected = type_name(message_type)
+
+        def obstacles() -> list[str]:
+            found = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
+            return [_obstacle(publisher, expected, qos) for publisher in found]
+
+        watch = InputWatch(name, need, obstacles)
         self._watches[topic] = watch
         latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         backlog = None if latched or late_counts else self._backlog
@@ -91,7 +91,9 @@ class Inputs:
             if backlog is not None and backlog.holds():
                 return
             if not latched and not self._has_time():
+                watch.dropped = self._why_no_time()
                 return
+            watch.dropped = ""
             self.sent, self.number = 1e-9 * info["source_timestamp"], info["publication_sequence_number"]
             before = watch.n_refused
             try:
@@ -101,7 +103,7 @@ class Inputs:
                 return
             if is_ours and watch.n_refused == before:
                 watch.n_taken += 1
-            self._others[topic] = not is_ours
+            watch.dropped = "" if is_ours else ONLY_OTHERS
 
         subscription = self._node.create_subscription(message_type, topic, with_info(take), qos, raw=raw)
         if backlog is not None:
@@ -112,6 +114,10 @@ class Inputs:
         self._clock_runs = self._clock_runs or self._node.get_clock().now().nanoseconds > 0
         return self._clock_runs
 
+    def _why_no_time(self) -> str:
+        n = self._node.count_publishers("/clock")
+        return f"but no /clock: {counted(n)}{', nothing received later than 0 s' * (n > 0)}, and use_sim_time is true"
+
     def refused(self, topic: str, reason: str, kind: str = "") -> None:
         """Counts a message as refused, as `kind` or its topic; the next look logs the reason.
 
@@ -121,8 +127,8 @@ class Inputs:
         self.refusals.add(kind or topic, reason)
 
     def hint(self, topic: str, text: str) -> None:
-        """Notes what is suspicious about a message that is taken, "" for nothing; the next look logs it once."""
-        self._watches[topic].hint = text
+        """Notes what is suspicious about a message that is taken, "" for nothing; the first one is logged, once."""
+        self._watches[topic].hint = self._watches[topic].hint or text
 
     def ready(self, about: str) -> None:
         """Logs that the node is ready, with its topics and its own description, and watches from now on."""
@@ -140,37 +146,6 @@ class Inputs:
         if warnings:
             self._node.get_logger().warning("; ".join(warnings))
 
-    def _mismatch(self, message_type: type[Any], topic: str, qos: QoSProfile) -> str:
-        return described_mismatch(self._found(topic), type_name(message_type), qos)
-
-    def _found(self, topic: str) -> list[TopicEndpointInfo]:
-        return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
-
-    def _publishers(self, message_type: type[Any], topic: str, qos: QoSProfile) -> str:
-        words = described_publishers(self._found(topic), type_name(message_type), qos)
-        if not self._has_time():
-            n = self._node.count_publishers("/clock")
-            return words.replace(NOTHING, f"but no /clock: {_count(n)}, and use_sim_time is true")
-        return words.replace(NOTHING, ONLY_OTHERS) if self._others.get(topic) else words
-
-
-def described_publishers(publishers: Sequence[TopicEndpointInfo], expected_type: str, qos: QoSProfile) -> str:
-    """Describes the publishers of a topic from which nothing is received, and the obstacle to receiving."""
-    if not publishers:
-        return NOBODY
-    mismatch = described_mismatch(publishers, expected_type, qos)
-    return mismatch if mismatch.startswith(_count(len(publishers))) else f"{_count(len(publishers))}, {NOTHING}"
-
-
-def described_mismatch(publishers: Sequence[TopicEndpointInfo], expected_type: str, qos: QoSProfile) -> str:
-    """Describes the publishers of a topic from which nothing can be received, and why; "" without one."""
-    obstacles = [each for each in (_obstacle(publisher, expected_type, qos) for publisher in publishers) if each]
-    return f"{_count(len(obstacles))}, {obstacles[0]}" if obstacles else ""
-
-
-def _count(n: int) -> str:
-    return f"{n} publisher{'s' * (n != 1)}"
-
 
 def type_name(message_type: type[Any]) -> str:
     """The name of a message class in ROS: nav_msgs/msg/Odometry."""
@@ -178,9 +153,10 @@ def type_name(message_type: type[Any]) -> str:
     return f"{package}/{kind}/{message_type.__name__}"
 
 
-def _obstacle(publisher: TopicEndpointInfo, expected_type: str, qos: QoSProfile) -> str:
-    if publisher.topic_type != expected_type:
-        return f"but of type {publisher.topic_type}, expected {expected_type}"
+def _obstacle(publisher: TopicEndpointInfo, expected: str, qos: QoSProfile) -> str:
+    if publisher.topic_type != expected:
+        remedy = " (controller.stamped_cmd_vel)" if {publisher.topic_type, expected} == TWISTS else ""
+        return f"but of type {publisher.topic_type}, expected {expected}{remedy}"
     compatible, reason = qos_check_compatible(publisher.qos_profile, qos)
     if compatible != QoSCompatibility.ERROR:
         return ""

@@ -21,7 +21,7 @@ from rclpy.utilities import remove_ros_args
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.node_kit.events_executor import events_executor
-from collplan_ros.node_kit.reachability import why_no_graph
+from collplan_ros.node_kit.reachability import why_no_graph, why_no_logs
 from collplan_ros.node_kit.stop_signal import StopSignal
 
 STARTUP_ERROR = 2
@@ -58,7 +58,8 @@ def _run(make_node: Callable[[], Node], argv: list[str], stop_signal: StopSignal
     program = Path(argv[0]).name if argv else "node"
     try:
         _refuse_other_arguments(program, argv)
-        if why := why_no_graph(os.environ):
+        local = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST"
+        if why := why_no_graph(os.environ, local) or why_no_logs(os.environ):
             raise OSError(why)
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         node = make_node()

@@ -10,7 +10,7 @@ from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_ros.messages import qos
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.messages.reading import MessageError, scan_from_message, suspicious_zeros
+from collplan_ros.messages.reading import MessageError, scan_from_message, suspiciously_near
 from collplan_ros.node_kit.inputs import Inputs
 
 
@@ -41,7 +41,7 @@ def listen_to_sensors(
         except ScanError as error:
             refuse("scan", str(error))
             raise
-        inputs.hint("scan", suspicious_zeros(message, settings.scan))
+        inputs.hint("scan", suspiciously_near(message, settings.scan))
         take_scan(scan)
 
     inputs.listen(Odometry, "mocap/odom", on_pose, qos.POSE_SUBSCRIBED, kind="pose", raw=True)

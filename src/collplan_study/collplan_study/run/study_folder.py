@@ -9,8 +9,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from collplan_core.worlds import save_world
-from collplan_core.worlds.file import read_world
+from collplan_core.worlds import World, WorldError, save_world
+from collplan_core.worlds.file import read_world, world_text
 from collplan_study.errors import StudyError
 from collplan_study.question.sources import Source
 
@@ -87,9 +87,17 @@ def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, .
     """The worlds of a study as they were when it was started.
 
     Raises:
-        WorldError: a world file cannot be read.
+        WorldError: a world file cannot be read, or is not as the study wrote it.
     """
-    return tuple(Source(read_world(folder / each["file"]), each["family"]) for each in provenance["sources"])
+    return tuple(Source(_written_world(folder / each["file"]), each["family"]) for each in provenance["sources"])
+
+
+def _written_world(path: Path) -> World:
+    world = read_world(path)
+    # one that is cut off at the end of a line is a world too, but another one
+    if path.read_text(encoding="utf-8") != world_text(world):
+        raise WorldError(f"{path}: cut off or changed, expected the world as the study wrote it")
+    return world
 
 
 def source_records(sources: Sequence[Source]) -> list[dict[str, Any]]:

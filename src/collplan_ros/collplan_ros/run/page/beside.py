@@ -32,11 +32,12 @@ def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = _parser().parse_args(args)
     try:
-        write_page(options.out, _runs(options.runs))
+        runs = _runs(options.runs)
+        write_page(options.out, runs)
     except (RecordError, RunError) as error:
         print(f"beside: {error}", file=sys.stderr)
         return REFUSED
-    print(f"written to {options.out}")
+    print("\n".join([f"written to {options.out}", *(each.run.note for each in runs if each.run.note)]))
     return 0
 
 
