@@ -25,7 +25,7 @@ from collplan_ros.messages import conversions as c
 from collplan_ros.messages import reading as r
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.messages.reading import scan_from_message, suspicious_zeros, twist_of
+from collplan_ros.messages.reading import scan_from_message, suspiciously_near, twist_of
 
 CONFIG = Path(__file__).parents[2] / "src/collplan_ros/collplan_ros/config"
 FEW = settings(derandomize=True, deadline=None, max_examples=30)
@@ -167,9 +167,29 @@ def test_a_scan_without_a_largest_range_has_none():
     maps = [build_local_map(scan, state, Settings().robot, Settings().local_map) for scan in scans]
     assert maps[0].walls.tolist() == maps[1].walls.tolist() == maps[2].walls.tolist()
     np.testing.assert_array_equal(maps[0].border_points, maps[2].border_points)
-    for most in (math.nan, -math.inf, 0.05):
-        with pytest.raises(ScanError, match="range_max"):
-            scan_from_message(driver_message(range_max=most), "base_link")
+    for limits in (
+        {"range_max": math.nan},
+        {"range_max": -math.inf},
+        {"range_max": 0.01, "range_min": 0.05},
+        {"range_min": math.nan},
+        {"range_min": math.inf, "range_max": math.inf},
+        {"range_min": -math.inf},
+        {"range_min": -0.1, "range_max": math.inf},
+    ):
+        with pytest.raises(ScanError, match=r"range_max.*finite"):
+            scan_from_message(driver_message(**limits), "base_link")
+
+
+@pytest.mark.parametrize("open_share", [0.0, 0.3, 0.9, 1.0])
+def test_beams_that_show_nothing_make_the_same_map_without_a_largest_range(open_share):
+    n = 360
+    ranges = np.where(np.arange(n) < open_share * n, np.inf, 2.0 + 0.01 * np.sin(np.arange(n)))
+    state = State(0.0, np.zeros(2), np.zeros(2), 0.0)
+    scans = [Scan(0.0, -math.pi, math.tau / n, 0.05, most, ranges) for most in (12.0, math.inf)]
+    limited, unlimited = (build_local_map(scan, state, Settings().robot, Settings().local_map) for scan in scans)
+    np.testing.assert_array_equal(limited.border_points, unlimited.border_points)
+    np.testing.assert_array_equal(limited.walls, unlimited.walls)
+    assert np.isfinite(unlimited.border_points).all()
 
 
 @pytest.mark.parametrize(
@@ -203,13 +223,22 @@ def test_times_of_a_scan_that_cannot_be_are_named_and_not_read_where_it_is_of_on
         ([0.01, 0.0, 2.0, 2.0, 2.0], {"codes_below": 0.02}, "40%"),
         ([0.0, 2.0, 2.0, 2.0, 2.0], {"zero": "lost"}, ""),
         ([0.0, 2.0, 2.0, 2.0, 2.0], {"zero": "free"}, ""),
+        # codes other than 0
+        ([0.001, 0.05, 2.0, 2.0, 2.0], {}, "40%"),
+        ([0.03, 0.03, 2.0, 2.0], {"zero": "lost", "codes_below": 0.02}, "50%"),
+        ([0.02, 0.01, 2.0, 2.0], {"zero": "lost", "codes_below": 0.02}, ""),
+        # the robot's own parts, beams 0.0 to 1.0 rad
+        ([0.0, 0.0, 0.05, 2.0, 2.0, 2.0], {"masked_angles": (-0.1, 1.1)}, ""),
+        ([0.0, 0.0, 0.05, 0.0, 2.0, 2.0], {"masked_angles": (-0.1, 1.1)}, "33%"),
+        ([0.0, 0.0], {"masked_angles": (-0.1, 1.1)}, ""),
+        ([0.1, 0.1, 2.0], {}, ""),
         ([0.0, *[2.0] * 30], {}, ""),
         ([-math.inf, math.nan, 2.0, 2.0], {}, ""),
         ([], {}, ""),
     ],
 )
-def test_many_zeros_are_suspicious_where_they_mean_near(ranges, taken, share):
-    said = suspicious_zeros(LaserScan(ranges=ranges), ScanInput(**taken))
+def test_many_ranges_below_range_min_are_suspicious(ranges, taken, share):
+    said = suspiciously_near(LaserScan(ranges=ranges, range_min=0.1, angle_increment=0.5), ScanInput(**taken))
     assert said.startswith(share)
     assert ("scan.zero" in said) == bool(share)
 

@@ -93,7 +93,8 @@ def suspiciously_near(message: Any, taken: ScanInput) -> str:
     used = ranges[~is_masked(angles, taken.masked_angles)]
     near = (used >= 0.0) & ((used < message.range_min) | (used == 0.0))
     share = near.sum() / max(len(used), 1)
-    return f"{share:.0%} of the beams are nearer than range_min: scan.zero, scan.codes_below?" * (share >= MANY_NEAR)
+    found = f"{share:.0%} of the beams are nearer than range_min: scan.zero, scan.codes_below?"
+    return found if share >= MANY_NEAR else ""
 
 
 def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
