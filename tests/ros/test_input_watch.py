@@ -2,10 +2,10 @@
 
 import pytest
 
-from collplan_ros.node_kit.input_watch import COMES, EVENT, NOBODY, STATE, STREAM, InputWatch
+from collplan_ros.node_kit.input_watch import COMES, EVENT, STATE, STREAM, InputWatch
 
-HEARD = "1 publisher, nothing received"
-ABSENT, SILENT = (f"no scan: {seen}" for seen in (NOBODY, HEARD))
+NOBODY, HEARD = [], [""]
+ABSENT, SILENT = "no scan: 0 publishers", "no scan: 1 publisher, nothing received"
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ ABSENT, SILENT = (f"no scan: {seen}" for seen in (NOBODY, HEARD))
 )
 def test_what_is_said(need, seconds):
     publishers, numbers = NOBODY, iter(range(1000))
-    watch = InputWatch("scan", need, lambda: publishers, str)
+    watch = InputWatch("scan", need, lambda: publishers)
     for taken, refused, publishers, said in seconds:  # noqa: B007 (the watch asks for it)
         watch.n_taken += taken
         for _ in range(refused):
@@ -37,27 +37,66 @@ def test_what_is_said(need, seconds):
         assert said in str(lines)
 
 
-WRONG = "1 publisher, but of type Odd, expected Even"
+ODD, EVEN, QOS = "but of type Odd", "but of type Even", "but its QoS does not fit"
+
+
+@pytest.mark.parametrize(
+    ("need", "seconds"),
+    [
+        # messages taken, publishers, what is said: once, whether it is missing, comes from another one or may be quiet
+        (STREAM, [(0, [ODD], ""), (0, [ODD], f"no scan: 1 publisher, {ODD}"), (0, [ODD], ""), (3, [ODD, ""], COMES)]),
+        (
+            STATE,
+            [(0, [ODD], ""), (0, [ODD], f"no scan: 1 publisher, {ODD}"), (1, [ODD, ""], COMES), (0, [ODD, ""], "")],
+        ),
+        (EVENT, [(0, [ODD], ""), (0, [ODD], f"'scan: 1 publisher, {ODD}'"), (0, [ODD], ""), (3, [ODD, ""], "")]),
+        (EVENT, [(3, [""], ""), (3, ["", ODD], f"'scan: 1 publisher, {ODD}'"), (3, ["", ODD], ""), (0, ["", ODD], "")]),
+        # nothing where nobody publishes, or nobody publishes anything
+        (EVENT, [(0, [], "")] * 4 + [(0, [""], "")] * 4),
+        # as soon as it is there, and anew after it was gone
+        (STREAM, [(3, [""], COMES), (3, ["", QOS], QOS), (3, ["", QOS], ""), (3, [""], ""), (3, ["", QOS], QOS)]),
+        # each obstacle with its own number of publishers
+        (EVENT, [(0, [], ""), (0, [ODD, EVEN, ODD], f"scan: 2 publishers, {ODD}"), (0, [ODD, EVEN, ODD], "")]),
+        (EVENT, [(0, [], ""), (0, [ODD, EVEN, ODD], f"scan: 1 publisher, {EVEN}")]),
+        (EVENT, [(0, [], ""), (0, [ODD, QOS], f"scan: 1 publisher, {QOS}"), (0, [ODD, ODD], f"2 publishers, {ODD}")]),
+        # that it ends is news although the other publisher has been told
+        (STREAM, [(3, ["", ODD], ODD), (0, [ODD], ""), (0, [ODD], f"no scan: 1 publisher, {ODD}"), (0, [ODD], "")]),
+        # a state whose publishers cannot be heard is not there
+        (STATE, [(1, [""], COMES), (0, [ODD], ""), (0, [ODD], f"no scan: 1 publisher, {ODD}")]),
+        (STREAM, [(0, [""], ""), (0, ["", ODD], "no scan: 1 publisher, nothing received"), (0, ["", ODD], "")]),
+    ],
+)
+def test_publishers_that_cannot_be_heard_are_told_once(need, seconds):
+    publishers = []
+    watch = InputWatch("scan", need, lambda: publishers)
+    for taken, publishers, said in seconds:  # noqa: B007 (the watch asks for it)
+        watch.n_taken += taken
+        lines = watch.check()
+        assert bool(said) == bool(lines), (seconds, lines)
+        assert said in str(lines), lines
 
 
 @pytest.mark.parametrize("need", [STREAM, STATE, EVENT])
-def test_a_publisher_of_another_type_is_told_once_also_beside_a_right_one_and_where_quiet_is_usual(need):
-    wrong = ""
-    watch = InputWatch("scan", need, lambda: WRONG if wrong else NOBODY, lambda: wrong)
+def test_messages_that_are_dropped_are_told_with_the_reason_until_they_are_taken(need):
+    watch = InputWatch("scan", need, lambda: [""])
     said = []
-    for wrong, taken in [("", 0), ("", 0), (WRONG, 0), (WRONG, 0), (WRONG, 3), (WRONG, 3), ("", 3), (WRONG, 3)]:  # noqa: B007 (the watch asks for it)
-        watch.n_taken += taken
-        said.append([text for text in watch.check().values() if WRONG in text])
-    # told where it comes first, and anew after it was gone
-    assert [len(lines) for lines in said[2:4]] == [1, 0]
-    assert sum(map(len, said[2:6])) <= 2
-    assert said[6:] == [[], [f"scan: {WRONG}"]]
+    for taken, dropped in [(0, ""), (0, "no time"), (0, "no time"), (2, ""), (0, ""), (0, "")]:
+        watch.n_taken, watch.dropped = watch.n_taken + taken, dropped
+        said.append("no time" in str(watch.check()))
+    assert said == [False, True, False, False, False, False]
 
 
 def test_a_hint_is_told_once_for_as_long_as_it_is_true():
-    watch = InputWatch("scan", STREAM, lambda: NOBODY, str)
+    watch = InputWatch("scan", STREAM, lambda: [""])
     told = []
-    for hint in ("", "20% are 0", "30% are 0", "", "40% are 0"):
-        watch.n_taken, watch.hint = watch.n_taken + 1, hint
+    for taken, hint in (
+        (1, ""),
+        (1, "20% are 0"),
+        (1, "30% are 0"),
+        (0, "30% are 0"),
+        (0, "30% are 0"),
+        (1, "4% are 0"),
+    ):
+        watch.n_taken, watch.hint = watch.n_taken + taken, hint
         told.append("hint" in watch.check())
-    assert told == [False, True, False, False, True]
+    assert told == [False, True, False, False, False, False]

@@ -1,11 +1,12 @@
 """What a node says at the terminal about the topics it listens to."""
 
 import pytest
-from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped, TwistStamped, Vector3
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from ros_fixture import RosGraph
-from sensor_msgs.msg import LaserScan
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import String
 from terminal import INFO, WARN, Terminal
 
@@ -18,6 +19,7 @@ from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
+from collplan_ros.nodes.teleop_node import TeleopNode
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
@@ -27,6 +29,7 @@ class Listening(Node):
     def __init__(self, **kwargs):
         super().__init__("listening", **kwargs)
         self.refuse = None
+        self.taken = 0
         self.is_ours = None
         self.inputs = Inputs(self)
         self.inputs.listen(Odometry, "mocap/odom", self.take, POSE_SUBSCRIBED, kind="pose")
@@ -36,6 +39,7 @@ class Listening(Node):
         self.inputs.ready("strategy harness")
 
     def take(self, message):
+        self.taken += 1
         if self.refuse is not None:
             raise self.refuse
         return self.is_ours
@@ -100,6 +104,10 @@ WRONG_TYPES = (
     (PlannerNode, "impact", Vector3, "Vector3Stamped"),
     (MocapNode, "mocap/pose", PoseWithCovarianceStamped, "PoseStamped"),
     (LidarNode, "mocap/odom", PoseStamped, "Odometry"),
+    (TeleopNode, "joy", Twist, "sensor_msgs/msg/Joy"),
+    (ControllerNode, "robot/resumed", String, "std_msgs/msg/Empty"),
+    (ControllerNode, "mocap/refused", PoseStamped, "std_msgs/msg/String"),
+    (PlannerNode, "scan", PointCloud2, "sensor_msgs/msg/LaserScan"),
 )
 
 
@@ -111,13 +119,45 @@ def test_every_input_of_every_node_names_messages_of_another_type(
     other_process.probe.create_publisher(sent, topic, EVENT)
     words = f"{topic}: 1 publisher, but of type {type_name(sent)}, expected"
     assert terminal.has(node, words), terminal.lines(node)
-    assert any(words in text and expected in text.split("expected")[1] for _, text in terminal.lines(node))
+    told = next(text for _, text in terminal.lines(node) if words in text).partition(words)[2].partition(";")[0]
+    assert expected in told
+    assert ("(controller.stamped_cmd_vel)" in told) == (sent is TwistStamped)
 
 
-def test_a_node_on_simulated_time_without_a_clock_says_so(ros, terminal):
-    node = ros.make(Listening, {"use_sim_time": True})
+def test_a_wrong_publisher_beside_a_right_one_is_told_once(ros, terminal, node, other_process):
+    steadily(ros, ros.publisher(PoseStamped, "goal_pose", EVENT), PoseStamped())
     steadily(ros, ros.publisher(LaserScan, "scan", SENSOR_DATA), LaserScan())
-    assert terminal.has(node, "no scan: 1 publisher, but no /clock: 0 publishers, and use_sim_time is true")
+    for topic, sent in (("goal_pose", PointStamped), ("goal_pose", Vector3), ("scan", String)):
+        # ROS has one type for a topic in a process
+        graph = RosGraph()
+        try:
+            graph.probe.create_publisher(sent, topic, EVENT)
+            words = f"{topic}: 1 publisher, but of type {type_name(sent)}"
+            assert terminal.has(node, words), terminal.lines(node)
+            node.taken = 0
+            # two looks at the inputs, and more
+            assert ros.wait_until(lambda: node.taken > 50)
+            assert sum(words in text for _, text in terminal.lines(node)) == 1
+        finally:
+            graph.close()
+
+
+def test_an_event_input_names_a_publisher_whose_qos_does_not_fit(terminal, node, other_process):
+    node.inputs.listen(String, "resumed", node.take, LATCHED, input_watch.EVENT)
+    other_process.probe.create_publisher(String, "resumed", SENSOR_DATA)
+    assert terminal.has(node, "resumed: 1 publisher, but its QoS does not fit"), terminal.lines(node)
+
+
+@pytest.mark.parametrize("has_clock", [False, True])
+@pytest.mark.parametrize(("topic", "sent"), [("scan", LaserScan), ("mocap/odom", Odometry), ("goal_pose", PoseStamped)])
+def test_a_node_on_simulated_time_without_a_clock_says_so(ros, terminal, topic, sent, has_clock):
+    node = ros.make(Listening, {"use_sim_time": True})
+    if has_clock:  # one that stands at 0
+        steadily(ros, ros.publisher(Clock, "/clock", SENSOR_DATA), Clock())
+    steadily(ros, ros.publisher(sent, topic, SENSOR_DATA if sent is LaserScan else EVENT), sent())
+    found = "1 publisher, nothing received later than 0 s" if has_clock else "0 publishers"
+    words = f"{topic}: 1 publisher, but no /clock: {found}, and use_sim_time is true"
+    assert terminal.has(node, words), terminal.lines(node)
 
 
 def test_what_is_refused_or_not_for_this_node_is_said_once_and_counted_as_its_kind(ros, terminal, node):
