@@ -55,7 +55,7 @@ def complete(folder: Path, say: Callable[[str], None] = lambda _: None) -> str:
                 if not done:
                     raise
                 done.append(str(error))
-        if not has_end(folder / PARAMETERS):
+        if (folder / PARAMETERS).exists() and not has_end(folder / PARAMETERS):
             with replacing(folder / PARAMETERS) as unfinished:
                 unfinished.write_text(attachment(path, PARAMETERS), encoding="utf-8")
             done.append(f"{folder / PARAMETERS} is made from {RECORDING}")

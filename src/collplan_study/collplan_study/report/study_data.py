@@ -7,6 +7,7 @@ from typing import Any
 
 import polars as pl
 
+from collplan_study.errors import StudyError
 from collplan_study.question.sources import Source
 from collplan_study.run.study_folder import read_provenance, read_sources
 from collplan_study.tables.table_files import IMPACTS, TABLE
@@ -34,9 +35,16 @@ def read_study(folder: Path) -> StudyData:
     """The study in a folder.
 
     Raises:
-        StudyError: the folder does not hold a study.
+        StudyError: the folder does not hold a study, or a table of it is missing or cut off.
         WorldError: one of its world files cannot be read.
     """
     provenance = read_provenance(folder)
-    tables = (pl.read_parquet(folder / name) for name in (TABLE, IMPACTS))
+    tables = [_table(folder / name) for name in (TABLE, IMPACTS)]
     return StudyData(folder, provenance, read_sources(folder, provenance), *tables)
+
+
+def _table(path: Path) -> pl.DataFrame:
+    try:
+        return pl.read_parquet(path)
+    except (OSError, pl.exceptions.PolarsError):
+        raise StudyError(f"{path}: missing or cut off, study --resume {path.parent} makes it anew") from None

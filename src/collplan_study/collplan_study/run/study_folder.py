@@ -5,6 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from datetime import datetime
+from hashlib import sha256
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -89,13 +90,14 @@ def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, .
     Raises:
         WorldError: a world file cannot be read, or is not as the study wrote it.
     """
-    return tuple(Source(_written_world(folder / each["file"]), each["family"]) for each in provenance["sources"])
+    return tuple(Source(_written_world(folder, each), each["family"]) for each in provenance["sources"])
 
 
-def _written_world(path: Path) -> World:
+def _written_world(folder: Path, record: Mapping[str, Any]) -> World:
+    path = folder / record["file"]
     world = read_world(path)
-    # one that is cut off at the end of a line is a world too, but another one
-    if path.read_text(encoding="utf-8") != world_text(world):
+    # one that is cut off at the end of a line is a world too, but another one; version 1.0.0 wrote no checksum
+    if record.get("sha256") not in (None, sha256(path.read_bytes()).hexdigest()):
         raise WorldError(f"{path}: cut off or changed, expected the world as the study wrote it")
     return world
 
@@ -103,7 +105,12 @@ def _written_world(path: Path) -> World:
 def source_records(sources: Sequence[Source]) -> list[dict[str, Any]]:
     """The sources as JSON holds them; each world is in a file of its own."""
     return [
-        {"world": source.world.name, "family": source.family, "file": _file(number)}
+        {
+            "world": source.world.name,
+            "family": source.family,
+            "file": _file(number),
+            "sha256": sha256(world_text(source.world).encode()).hexdigest(),
+        }
         for number, source in enumerate(sources)
     ]
 
