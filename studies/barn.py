@@ -27,8 +27,9 @@ from collplan_core.worlds import World, WorldError, save_world
 from collplan_study.analysis.cells import TIME
 from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds
 from collplan_study.errors import StudyError
-from collplan_study.report.content import Section, markdown, with_interval
+from collplan_study.report.content import with_interval
 from collplan_study.report.study_data import read_study
+from markdown_text import Section, markdown
 from sdf import load_sdf
 
 START, GOAL = (-2.25, 3.0), (-2.25, 13.0)

@@ -16,8 +16,9 @@ from collplan_study.analysis.statistics import Estimate
 from collplan_study.bounces.results import MAIN, Group, groups_of, strategies_compared
 from collplan_study.errors import StudyError
 from collplan_study.question.bounces import KNOWN_MAP
-from collplan_study.report.content import Row, Section, markdown, with_interval
+from collplan_study.report.content import with_interval
 from collplan_study.report.study_data import StudyData, read_study
+from markdown_text import Row, Section, markdown
 
 DESCRIPTION = "Prints what deliberate bounces save by two engines, over the same worlds and seeds, as a Markdown table."
 REFUSED = 2

@@ -35,8 +35,9 @@ from collplan_ros.replay.recorded_journals import read_journals
 from collplan_study.analysis.statistics import MEAN, Estimate, level_of, share_of
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
-from collplan_study.report.content import Section, markdown, number, with_interval
+from collplan_study.report.content import number, with_interval
 from collplan_study.run.json_lines import JsonLines
+from markdown_text import Section, markdown
 from omnipuck_sim.trial import run_trial
 
 FAMILIES = ("serpentine", "u")

@@ -1,4 +1,4 @@
-"""Prints how much code there is by package: files, lines, and lines in the bodies of functions, behind the docstring."""
+"""Prints how much code there is by package: files, lines, and lines in function bodies, behind the docstring."""
 
 import ast
 import sys

@@ -31,7 +31,7 @@ def case_pictures(data: StudyData, case: Case, found: CaseResults) -> tuple[list
     """Draws the pictures of a case and saves them.
 
     Returns:
-        World and cell of each map of paths, and each picture by the title of its table.
+        World and cell of each map of paths, and the pictures `periods` and `paths`.
     """
     arrived, cells = case.runs.filter(outcome=REACHED)["world"].to_list(), case.main_cells
     worlds = [source for source in data.sources if source.world.name in found.worlds]
@@ -40,10 +40,8 @@ def case_pictures(data: StudyData, case: Case, found: CaseResults) -> tuple[list
     words = "Mean and STD of arrival time and path length against T_map by strategy"
     paths = draw_paths(data, drawn, {"ablation": case.ablation, **case.point}, cells, deliberate=False)
     pictures = {
-        "Over the mapping time T_map": saved_picture(data.folder, f"{case.name}-map-periods", panels, words),
-        "Paths on the map of grown obstacles": saved_picture(
-            data.folder, f"{case.name}-paths", paths, "Overlaid paths of each strategy"
-        ),
+        "periods": saved_picture(data.folder, f"{case.name}-map-periods", panels, words),
+        "paths": saved_picture(data.folder, f"{case.name}-paths", paths, "Overlaid paths of each strategy"),
     }
     names = [source.world.name for source in drawn]
     return [(name, cell_of(case.runs.filter(world=name), **cell)) for name in names for cell in cells], pictures

@@ -1,12 +1,10 @@
-"""Content of a report in any format: sections, tables, pictures, and numbers as text."""
+"""Content of a report: its figures, pictures, and numbers as text."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from collplan_study.analysis.statistics import Estimate
-
-Row = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -24,59 +22,19 @@ class Picture:
     caption: str
 
 
-@dataclass(frozen=True)
-class Section:
-    """A section of a report. What it has is shown in the order of these attributes.
-
-    Attributes:
-        title: its heading; empty where what is above goes on.
-        note: explanation of the section.
-        head, rows: names of the columns and text of the cells of its table.
-        picture: figure of the same numbers, shown above the table.
-        bullets: a list of lines, above picture and table; commands: lines shown as typed there.
-        level: level of the heading, from 1.
-        text: whether all columns are text; else all but the first are numbers.
-        folded: whether the table is shown on demand, under its title.
-    """
-
-    title: str = ""
-    note: str = ""
-    head: Row = ()
-    rows: Sequence[Row] = ()
-    picture: Picture | None = None
-    bullets: Sequence[str] = ()
-    commands: Sequence[str] = ()
-    level: int = 2
-    text: bool = False
-    folded: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class Report:
     """The report of a study.
 
     Attributes:
         record: the results as table.json holds them.
-        sections: sections of its page; figures are drawn and saved as they are taken.
+        template: template of its page, by name.
+        values: values of that template.
     """
 
     record: Mapping[str, Any]
-    sections: Iterator[Section]
-
-
-def markdown(*sections: Section) -> str:
-    """Sections in Markdown, as text that ends with a line feed; without pictures, and with every title of one level."""
-    return "\n".join(line for section in sections for part in _parts(section) for line in (*part, "") if part)
-
-
-def _parts(section: Section) -> Iterator[Sequence[str]]:
-    """Lines of each part that a section may have."""
-    yield [f"### {section.title}"] if section.title else []
-    yield [section.note] if section.note else []
-    yield [f"- {line}" for line in section.bullets]
-    yield ["```", *section.commands, "```"] if section.commands else []
-    rows = (section.head, ["---"] * len(section.head), *section.rows) if section.head else ()
-    yield ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in rows]
+    template: str
+    values: Mapping[str, Any]
 
 
 def with_interval(estimate: Estimate, digits: int, unit: str = "") -> str:

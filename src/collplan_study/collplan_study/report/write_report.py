@@ -6,9 +6,8 @@ from pathlib import Path
 
 from collplan_study.analysis.pairs import distinct
 from collplan_study.bounces.report import bounce_report
-from collplan_study.paper.cases import HOLDS, REVERSED
 from collplan_study.paper.report import paper_report
-from collplan_study.report.closing import closing_sections
+from collplan_study.report.closing import closing_values
 from collplan_study.report.study_data import read_study
 from collplan_study.report.templates import environment
 from collplan_study.run.study_folder import REPORT
@@ -26,9 +25,8 @@ def write_report(folder: Path) -> None:
     report = bounce_report(data) if data.provenance["question"].get("bounces") else paper_report(data)
     _replace(folder / RESULTS, json.dumps(report.record, indent=2, allow_nan=False) + "\n")
     families = ", ".join(distinct(data.runs, "family"))
-    sections = (*report.sections, *closing_sections(data.runs, data.provenance))
-    page = environment(markdown=False).get_template("page.html")
-    _replace(folder / REPORT, page.render(families=families, sections=sections, marked=(HOLDS, REVERSED)))
+    values = {"families": families, **closing_values(data.runs, data.provenance), **report.values}
+    _replace(folder / REPORT, environment().get_template(report.template).render(values))
 
 
 def _replace(path: Path, text: str) -> None:
