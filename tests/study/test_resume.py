@@ -117,7 +117,7 @@ def test_a_world_that_is_cut_off_anywhere_is_not_taken_for_another(whole, copy):
 def test_a_table_that_is_cut_off_is_made_anew(whole, copy, name, kept):
     held = (copy / name).read_bytes()
     (copy / name).write_bytes(held[: int(kept * len(held)) if isinstance(kept, float) else kept])
-    if name != "trajectories.parquet":  # read by no program
+    if name != "trajectories.parquet":  # read only by the report, which is made after it
         with pytest.raises(StudyError, match=rf"{name}: missing or cut off"):
             read_study(copy)
     assert same(whole, resume(copy, "--jobs", "1"))
