@@ -17,12 +17,14 @@ from collplan_core.parameters.file import write_parameters
 from collplan_core.set_clocks import RunTimes, SendTimes, continued
 from collplan_core.worlds import save_world
 from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.log_builder import LogBuilder
 from collplan_ros.run.page.played_run import played
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RecordError, RunError
 from collplan_ros.run.run_log import RunLog
 from collplan_ros.run.whole_file import replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
+from made_recordings import String
 from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_recording
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -160,3 +162,10 @@ def test_the_script_of_examples_reads_a_run(tmp_path, monkeypatch, capsys):
     runpy.run_path(str(EXAMPLES / "recorded_run.py"), run_name="__main__")
     assert "poses" in capsys.readouterr().out
     assert (tmp_path / "recorded_run.png").exists()
+
+
+def test_a_fault_of_a_taker_is_not_taken_for_an_invalid_message(monkeypatch):
+    builder = LogBuilder(Settings())
+    monkeypatch.setitem(builder._takers, "maneuver", lambda message, sent: message.no_such_field)
+    with pytest.raises(AttributeError):
+        builder.take("maneuver", String(data="free_space"), 1.0)

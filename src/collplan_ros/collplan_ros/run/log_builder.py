@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from collplan_core.goal import NO_GOAL, SUCCEEDED
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
+from collplan_core.scan import ScanError
 from collplan_core.set_clocks import RunTimes, continued
 from collplan_core.state import State
 from collplan_ros.messages.lockstep_report import LockstepReport, lockstep_of
@@ -16,6 +17,7 @@ from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import (
     GOAL_STATUS,
+    MessageError,
     check_finite,
     impact_contact_from_message,
     impact_from_message,
@@ -44,8 +46,8 @@ RAW = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
 """Topics whose messages are taken as bytes."""
 PICTURED = ("plan", "scan")
 """Topics that nothing but the picture and the page need; scans would be most of a log."""
-ODD = (ArithmeticError, LookupError, TypeError, ValueError)
-"""Errors that an invalid message can raise while it is read."""
+INVALID = (MessageError, ScanError)
+"""Errors by which an invalid message is refused; any other one is a fault of this program."""
 
 
 class End(NamedTuple):
@@ -118,7 +120,7 @@ class LogBuilder:
 
     def take(self, topic: str, message: Any, sent: float) -> None:
         """Takes a message, or its bytes on a topic of RAW, that was sent at `sent` [s]; an invalid one is left out."""
-        with suppress(*ODD):
+        with suppress(*INVALID):
             self._takers[topic](message, sent)
 
     @property
@@ -207,7 +209,7 @@ class LogBuilder:
 
     def _take_costs(self, message: Any, sent: float) -> None:
         for status in message.status:
-            figures = {item.key: float(item.value) for item in status.values if item.key in FIGURES}
+            figures = {item.key: _number(item) for item in status.values if item.key in FIGURES}
             check_finite("planner/costs", *figures.values())
             if sent <= self._end.sent:
                 self._log.costs.append(figures)
@@ -257,3 +259,10 @@ class LogBuilder:
     def _row(time: float, state: State, sent: float) -> PoseRow:
         (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
         return PoseRow(time, x, y, state.yaw, vx, vy, sent)
+
+
+def _number(item: Any) -> float:
+    try:
+        return float(item.value)
+    except ValueError:
+        raise MessageError(f"{item.key}: got {item.value!r}, expected a number") from None

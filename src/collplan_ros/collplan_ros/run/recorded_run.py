@@ -1,9 +1,9 @@
 """A run read from its folder: its parameters, its world and its log, also of one whose bringup was killed."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mcap.records import Metadata
 
@@ -86,9 +86,13 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
         if isinstance(entry, Metadata):
             take_mark(builder, entry.name, entry.metadata)
             continue
-        with suppress(Exception):  # whatever a decoder makes of a message that is none: it is left out
-            message = entry.data if entry.topic in RAW else entry.decoded
-            builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
+        message: Any = entry.data
+        if entry.topic not in RAW:
+            try:
+                message = entry.decoded
+            except Exception:  # whatever the library makes of a message that is none: it is left out
+                continue
+        builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
     whole = has_end(folder / "summary.json"), is_whole(path)
     return RecordedRun(folder, settings, _world(path, settings), builder.log, clock_ahead, namespace, *whole)
 

@@ -24,7 +24,7 @@ from collplan_ros.messages.robot_state import HELD, STOPPED
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
-from collplan_ros.run.log_builder import ODD, RAW, LogBuilder
+from collplan_ros.run.log_builder import INVALID, RAW, LogBuilder
 from collplan_ros.run.run_log import PoseRow, SentGoal
 
 
@@ -212,6 +212,6 @@ class Recorder:
         self.maneuver = message.data
 
     def _take_command(self, message: Twist | TwistStamped, sent: float) -> None:
-        with suppress(*ODD):
+        with suppress(*INVALID):
             (vx, vy), wz = velocity_from_twist(twist_of(message))
             self.stands_since = math.inf if vx or vy or wz else sent
