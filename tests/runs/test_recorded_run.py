@@ -6,6 +6,7 @@ import runpy
 import shutil
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,7 +25,6 @@ from collplan_ros.run.run_error import RecordError, RunError
 from collplan_ros.run.run_log import RunLog
 from collplan_ros.run.whole_file import replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
-from made_recordings import String
 from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_recording
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -164,8 +164,9 @@ def test_the_script_of_examples_reads_a_run(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "recorded_run.png").exists()
 
 
-def test_a_fault_of_a_taker_is_not_taken_for_an_invalid_message(monkeypatch):
+def test_what_no_message_can_hold_is_a_fault_of_the_program_and_not_an_invalid_message():
     builder = LogBuilder(Settings())
-    monkeypatch.setitem(builder._takers, "maneuver", lambda message, sent: message.no_such_field)
-    with pytest.raises(AttributeError):
-        builder.take("maneuver", String(data="free_space"), 1.0)
+    with pytest.raises(TypeError):
+        builder.take(
+            "cmd_vel", SimpleNamespace(linear=SimpleNamespace(x=None, y=0.0), angular=SimpleNamespace(z=0.0)), 1.0
+        )
