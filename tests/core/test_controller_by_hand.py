@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, HAND, STOPPED, Command
 from collplan_core.control.interlock import REMEDY
+from collplan_core.control.joystick import RELEASED_FOR, DebouncedButton, JoyState, StickError, check_stick, velocity_of
 from collplan_core.control.manual_override import TAKEN, ManualCommand, overriding_command
 from collplan_core.control.motion_monitor import STOPPING, MotionVerdict
-from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.control.tracking import saturate
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
@@ -264,8 +264,8 @@ teleops = st.builds(Teleop, deadzone=shares, speed_share=st.floats(0.01, 1.0), t
 ways = st.floats(-1.5, 1.5)
 
 
-def stick(forward=0.0, left=0.0, turn=0.0) -> Stick:
-    return Stick((left, forward, 0.0, turn), (False,) * 8)
+def stick(forward=0.0, left=0.0, turn=0.0) -> JoyState:
+    return JoyState((left, forward, 0.0, turn), (False,) * 8)
 
 
 @given(teleops, ways, ways, ways)
@@ -313,7 +313,7 @@ def test_a_joystick_that_does_not_fit_is_refused():
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(1, 3)), max_size=20))
 def test_a_hand_holds_a_button_that_is_pressed_and_was_released_for_long_before(presses):
-    grip, now, released, counts = Grip(), 0.0, 0, False
+    grip, now, released, counts = DebouncedButton(), 0.0, 0, False
     for pressed, steps in presses:
         for _ in range(steps):
             grip = grip.after(pressed, now)
@@ -325,7 +325,7 @@ def test_a_hand_holds_a_button_that_is_pressed_and_was_released_for_long_before(
 
 
 def test_by_hand_a_release_that_a_joystick_just_opened_shows_is_none():
-    grip = Grip().after(False, 1.0).after(False, 1.2).after(True, 1.25)
+    grip = DebouncedButton().after(False, 1.0).after(False, 1.2).after(True, 1.25)
     assert not grip.holds
-    assert grip.after(False, 1.3).after(False, 1.55).after(True, 1.56) == Grip()
+    assert grip.after(False, 1.3).after(False, 1.55).after(True, 1.56) == DebouncedButton()
     assert grip.after(False, 1.3).after(False, 1.61).after(True, 1.62).holds

@@ -17,7 +17,7 @@ from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan
 from collplan_core.planners import PLANNERS
-from collplan_core.sensing.felt_obstacles import with_felt
+from collplan_core.sensing.felt_obstacles import add_bumped_obstacles
 from collplan_core.velocity_law import velocity_after, velocity_law
 from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses
 from scenes import rotation
@@ -180,7 +180,7 @@ def test_the_plan_that_backs_out_is_slow_short_and_begins_where_the_robot_is(tra
 def test_a_felt_disc_only_shortens_beams_and_only_where_it_is(x, y, cx, cy):
     state = at(1.0, x, y)
     scan = scan_at(state)
-    felt = with_felt(scan, state, np.array([[cx, cy]]), RADIUS)
+    felt = add_bumped_obstacles(scan, state, np.array([[cx, cy]]), RADIUS)
     changed = ~np.equal(felt.ranges, scan.ranges)
     assert (felt.ranges[changed] < scan.ranges[changed]).all()
     ends = state.position + felt.ranges[changed, None] * np.column_stack(

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from collplan_core.loop.input_gate import InputGate
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
-from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import ParameterError, ScanInput, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.scan_filters import is_masked, upside_down, used_scan, without_speckles
@@ -97,7 +97,7 @@ def test_masks_across_the_back_and_of_a_whole_turn():
 
 
 def test_a_scan_of_which_all_is_masked_is_refused_and_not_a_crash():
-    sensors, refusals = Sensors(SensedScans(0.5), counted := Refusals()), counted
+    sensors, refusals = InputGate(SensedScans(0.5), counted := Refusals()), counted
     values = Settings().with_values({"scan.masked_angles": [-math.pi, math.pi]})
     sensors.take_pose(at_rest(), 0.0, values)
     sensors.take_scan(turn(np.ones(36)), 0.0, values)

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.input_gate import InputGate
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.refusals import Refusals
-from collplan_core.loop.scan_trust import PAUSE, ScanTrust
+from collplan_core.loop.scan_gate import PAUSE, ScanGate
 from collplan_core.loop.sensed_scans import SensedScans
-from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.scan_filters import masked_beams, upside_down, used_scan
@@ -200,7 +200,7 @@ class Drive:
 
     def __init__(self) -> None:
         self.refusals = Refusals()
-        self.sensors = Sensors(SensedScans(0.5), self.refusals)
+        self.sensors = InputGate(SensedScans(0.5), self.refusals)
         self.stamp = 1.0
 
     def see(self, n: int = 1, blind: bool = False, leap: float = 0.0) -> None:
@@ -297,7 +297,7 @@ def test_a_scan_waits_for_its_pose(driven):
 
 
 def test_each_stop_within_a_while_lasts_twice_as_long_as_the_one_before():
-    trust, now, pauses = ScanTrust(), 0.0, []
+    trust, now, pauses = ScanGate(), 0.0, []
     for _ in range(4):
         trust.refused("odd", now)
         trust.refused("odd", now)
@@ -310,7 +310,7 @@ def test_each_stop_within_a_while_lasts_twice_as_long_as_the_one_before():
 
 def test_planner_and_controller_begin_anew_with_a_new_goal(monkeypatch):
     forgotten = []
-    monkeypatch.setattr(Sensors, "forget_scans", lambda sensors: forgotten.append(sensors))
+    monkeypatch.setattr(InputGate, "forget_scans", lambda sensors: forgotten.append(sensors))
     planner, controller = PlannerLoop(SETTINGS, lambda settings: never), ControllerLoop(SETTINGS)
     for n, identity in enumerate((b"one", b"two"), 1):
         planner.take_goal(identity, np.array([2.0, 0.0]), 1.0)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map
-from collplan_core.loop.under_way import STEP, delay_in_use, motion_under_way
+from collplan_core.loop.delay_prediction import STEP, delay_in_use, motion_under_way
 from collplan_core.parameters import Settings
 from collplan_core.plan import timed_path
 from collplan_core.reflection import believed_ring, rebound

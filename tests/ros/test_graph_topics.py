@@ -15,8 +15,8 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Empty, String
 from visualization_msgs.msg import MarkerArray
 
+from collplan_core.clock_steps import SendTimes
 from collplan_core.parameters import Settings
-from collplan_core.set_clocks import SendTimes
 from collplan_ros.messages import qos
 from collplan_ros.run.graph_topics import GraphTopics, PollingNode
 from collplan_ros.run.reader import messages, raw_messages

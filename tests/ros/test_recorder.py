@@ -17,9 +17,9 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
+from collplan_core.clock_steps import SendTimes
 from collplan_core.parameters import Settings
 from collplan_core.sensing.impact_contact import ImpactContact
-from collplan_core.set_clocks import SendTimes
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry

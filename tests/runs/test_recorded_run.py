@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.clock_steps import RunTimes, SendTimes, continued
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_core.set_clocks import RunTimes, SendTimes, continued
 from collplan_core.worlds import save_world
 from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.log_builder import LogBuilder

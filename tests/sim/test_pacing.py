@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.set_clocks import ClockOffset
+from collplan_core.clock_steps import ClockOffset
 from omnipuck_sim.node.lockstep import Lockstep
 from omnipuck_sim.node.pacing import AT_ONCE, STALL, Pacing
 

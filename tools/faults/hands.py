@@ -8,7 +8,7 @@ from itertools import pairwise
 from sensor_msgs.msg import Joy
 
 from collplan_core.command import HAND
-from collplan_core.control.stick import RELEASED_FOR
+from collplan_core.control.joystick import RELEASED_FOR
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import NEWEST
 from faults.bench import BenchError

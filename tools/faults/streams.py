@@ -16,7 +16,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Empty, String
 
-from collplan_core.set_clocks import SendTimes
+from collplan_core.clock_steps import SendTimes
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.message_info import with_info

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from collplan_core.given import finite, rising
+from collplan_core.validation import finite, rising
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from collplan_core.deadline import Deadline, after, never
-from collplan_core.given import check_type, finite
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
@@ -22,6 +21,7 @@ from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
 from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory
 from collplan_core.time_to_goal_planner.plan_cycle import plan_cycle as plan_rollout
+from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World
 
 BUDGET_SHARE = 0.5

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.given import finite
+from collplan_core.validation import finite
 
 
 @dataclass(frozen=True, eq=False)

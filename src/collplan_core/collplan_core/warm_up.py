@@ -13,7 +13,7 @@ from collplan_core.control.references import boundary_reference
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.loop import motion_watch
-from collplan_core.loop.under_way import motion_under_way
+from collplan_core.loop.delay_prediction import motion_under_way
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for

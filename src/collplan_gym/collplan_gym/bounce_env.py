@@ -7,10 +7,10 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from collplan_core.given import check_type, finite
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.sensing.pose_filter import SPEED_ALLOWANCE
+from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.families import FAMILIES
 from collplan_gym.measured_robot import Measured, MeasuredRobot

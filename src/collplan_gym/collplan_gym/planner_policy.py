@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.given import check_type
 from collplan_core.loop.closed_loop import ClosedLoop
 from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.parameters import Settings
@@ -14,6 +13,7 @@ from collplan_core.plane import rotate
 from collplan_core.planners import map_period_of
 from collplan_core.scan import Scan
 from collplan_core.state import State
+from collplan_core.validation import check_type
 from collplan_core.worlds.raycast import beam_increment
 
 SOON = 1e-6

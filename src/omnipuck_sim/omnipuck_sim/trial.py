@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from collplan_core.deadline import Deadline, after, never
 from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor, drive_noise_hint
-from collplan_core.given import check_type, finite
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.closed_loop import ClosedLoop
 from collplan_core.loop.decisions import Cycle, Decision
@@ -23,6 +22,7 @@ from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
 from collplan_core.state import State
+from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_journal import TrialJournals, trial_journals

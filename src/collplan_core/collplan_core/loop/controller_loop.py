@@ -23,11 +23,11 @@ from collplan_core.control.permission import why_outside, why_refuse_plan, why_s
 from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
+from collplan_core.loop.input_gate import InputGate
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
-from collplan_core.loop.sensors import Sensors
-from collplan_core.loop.under_way import delay_in_use, motion_under_way, with_command
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.scan import Scan
@@ -74,7 +74,7 @@ class ControllerLoop:
         self.override_trouble = ""
         self._settings = settings
         self._why_forbidden = why_forbidden
-        self._sensors = Sensors(sensed or SensedScans(settings.limits.pose_history), self.refusals)
+        self._sensors = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._waiting: Plan | None = None
         self._followed: FollowedPlan | None = None
         self._memory = ControllerMemory()

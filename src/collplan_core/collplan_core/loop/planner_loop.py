@@ -22,17 +22,17 @@ from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
+from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
+from collplan_core.loop.input_gate import InputGate
 from collplan_core.loop.recovery import Recovery
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
-from collplan_core.loop.sensors import Sensors
-from collplan_core.loop.under_way import delay_in_use, motion_under_way, with_command
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.felt_obstacles import with_felt
+from collplan_core.sensing.felt_obstacles import add_bumped_obstacles
 from collplan_core.state import State
 
 NOTICE_PAUSE = 1.0
@@ -90,7 +90,7 @@ class PlannerLoop:
         self._make_deadline = make_deadline
         self._why_forbidden = why_forbidden
         self._known_map = self._memory = known_map
-        self._sensors = Sensors(sensed or SensedScans(settings.limits.pose_history), self.refusals)
+        self._sensors = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
         self._recovery = Recovery()
         self._placed: PlacedScan | None = None
@@ -295,7 +295,7 @@ class PlannerLoop:
         placed = self._sensors.sensed.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
         if placed is not None:
             scan, state = placed
-            shown = with_felt(scan, state, self._recovery.felt, settings.robot.radius)
+            shown = add_bumped_obstacles(scan, state, self._recovery.felt, settings.robot.radius)
             local_map = build_local_map(shown, state, settings.robot, local_mapping_of(settings))
             self._placed = PlacedScan(scan, state, local_map)
 

@@ -8,7 +8,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 
 
-def with_felt(scan: Scan, state: State, centers: np.ndarray, radius: float) -> Scan:
+def add_bumped_obstacles(scan: Scan, state: State, centers: np.ndarray, radius: float) -> Scan:
     """The scan with discs added to what it shows.
 
     Args:

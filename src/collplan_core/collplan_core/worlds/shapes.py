@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.given import finite
+from collplan_core.validation import finite
 
 POLYGON_FORM = "expected at least 3 corners [x, y] [m] of a convex polygon, in order"
 MOST_OBSTACLES = 10_000

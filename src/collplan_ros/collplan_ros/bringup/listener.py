@@ -9,7 +9,7 @@ from threading import Lock
 
 from rclpy.context import Context
 
-from collplan_core.set_clocks import SendTimes
+from collplan_core.clock_steps import SendTimes
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.preparation import REMAPPED, Preparation
 from collplan_ros.bringup.robots import LIDAR

@@ -15,8 +15,8 @@ from struct import Struct, error
 
 import numpy as np
 
-from collplan_core.given import rising
 from collplan_core.plan import Contacts, Plan, plan_of_path
+from collplan_core.validation import rising
 from collplan_ros.messages.raw_reading import STAMP, START, aligned, read_header, read_text
 from collplan_ros.messages.raw_writing import ENCODING, add_header, add_text, align
 from collplan_ros.messages.reading import NANOSECONDS, MessageError

@@ -10,10 +10,10 @@ from struct import Struct, error
 
 import numpy as np
 
-from collplan_core.given import finite, rising
 from collplan_core.plan import Plan, plan_of_path
 from collplan_core.plane import rotate
 from collplan_core.state import State
+from collplan_core.validation import finite, rising
 from collplan_ros.messages.reading import (
     NANOSECONDS,
     MessageError,

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 
 from collplan_core.ages import SenderAge
 from collplan_core.command import HAND, Command, stopped
-from collplan_core.control.stick import Grip, Stick, StickError, check_stick, velocity_of
+from collplan_core.control.joystick import DebouncedButton, JoyState, StickError, check_stick, velocity_of
 from collplan_core.parameters import Frames, Teleop
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.qos import EVERY_UNRELIABLE, NEWEST
@@ -48,7 +48,7 @@ class TeleopNode(Node):
         self._age = SenderAge(teleop.joy_age)
         self._senders = Commanders(self, "joy")
         self._came = self._heard = -math.inf
-        self._grip = self._resume = Grip()
+        self._grip = self._resume = DebouncedButton()
         self._stop_pressed = False
         self._unsent: Command | None = None
         self._sent = 0
@@ -69,7 +69,7 @@ class TeleopNode(Node):
 
     def _on_joy(self, message: Joy) -> None:
         teleop, now = self._settings.teleop, seconds(self._steady)
-        stick = Stick(tuple(map(float, message.axes)), tuple(map(bool, message.buttons)))
+        stick = JoyState(tuple(map(float, message.axes)), tuple(map(bool, message.buttons)))
         age = self._age.measured(self._inputs.sent, now)
         self._came = now
         self._senders.took(self._inputs.number, now)
@@ -106,7 +106,7 @@ class TeleopNode(Node):
         was_pressed, self._stop_pressed = self._stop_pressed, pressed
         if pressed and not was_pressed:
             # the controller stops at a manual command to stand, if no service answers
-            self._grip = Grip()
+            self._grip = DebouncedButton()
             self._send(stopped("stop"))
             self._call("estop")
 
@@ -147,7 +147,7 @@ class TeleopNode(Node):
 
     def _let_go(self) -> None:
         """Stops a robot that is driven; buttons count again once they were seen released for a while."""
-        was_held, self._grip, self._resume = self._grip.holds, Grip(), Grip()
+        was_held, self._grip, self._resume = self._grip.holds, DebouncedButton(), DebouncedButton()
         if was_held:
             self._send(stopped("let go"))
 

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
-from collplan_core.set_clocks import SendTimes
+from collplan_core.clock_steps import SendTimes
 from collplan_ros.messages.qos import EVERY_ONE
 from collplan_ros.run.offered_qos import offered_qos
 from collplan_ros.run.schemas import schema_text, type_name

@@ -6,11 +6,11 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from collplan_core.clock_steps import RunTimes, continued
 from collplan_core.goal import NO_GOAL, SUCCEEDED
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.scan import ScanError
-from collplan_core.set_clocks import RunTimes, continued
 from collplan_core.state import State
 from collplan_ros.messages.lockstep_report import LockstepReport, lockstep_of
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory

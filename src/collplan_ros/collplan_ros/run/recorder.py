@@ -13,11 +13,11 @@ from geometry_msgs.msg import Twist, TwistStamped
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
+from collplan_core.clock_steps import SendTimes
 from collplan_core.command import STOPPED as STANDS
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
-from collplan_core.set_clocks import SendTimes
 from collplan_ros.messages.lockstep_report import LockstepReport
 from collplan_ros.messages.reading import scan_from_message, twist_of, velocity_from_twist
 from collplan_ros.messages.robot_state import HELD, STOPPED

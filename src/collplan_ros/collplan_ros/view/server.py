@@ -20,8 +20,8 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
+from collplan_ros.view.access_check import answer, page_files, refusal
 from collplan_ros.view.commands import CommandError, PageCommand, WrongToken, command_from_text, number_of
-from collplan_ros.view.door import answer, page_files, refusal
 from collplan_ros.view.frames import Newest, Texts, as_json, joined
 
 ADDRESS = "127.0.0.1"

@@ -21,7 +21,7 @@ from omnipuck_sim.emulator.c_firmware import CFirmware
 from omnipuck_sim.emulator.faults import BadLine
 from omnipuck_sim.emulator.firmware import Firmware, Stop
 from omnipuck_sim.emulator.pseudo_terminal import PseudoTerminal
-from omnipuck_sim.node.mocap_room import MOCAP_LIVE, MocapRoom
+from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, SimulatedMocap
 
 FIRMWARES: dict[str, type[Firmware] | type[CFirmware]] = {"python": Firmware, "c": CFirmware}
 GROUPS = (Robot, Simulation, Limits, Control, Frames, Kinematics, Emulator)
@@ -45,7 +45,7 @@ class FirmwareEmulator(Node):
             raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")
         if self._settings.simulator.lockstep:
             raise ParameterError("simulator.lockstep: expected false with the emulated firmware, a line has real time")
-        self._room = MocapRoom(self, self._settings)
+        self._room = SimulatedMocap(self, self._settings)
         self._line_in, self._line_out = (BadLine(2 * self._settings.simulator.seed + way) for way in (0, 1))
         self._terminal: PseudoTerminal | None = None
         self._telemetry_sent = 0
@@ -55,7 +55,7 @@ class FirmwareEmulator(Node):
         self._plug()
         self.create_service(Trigger, "reset", self._reset)
         on_change(self, self._change, *GROUPS)
-        self._room.call_each_pose(self._advance)
+        self._room.start(self._advance)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
         link = self._settings.emulator.link

@@ -12,7 +12,7 @@ from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.turn import END, STEP, TOPIC
 from omnipuck_sim.node.lockstep import Lockstep
-from omnipuck_sim.node.mocap_room import MocapRoom
+from omnipuck_sim.node.simulated_mocap import SimulatedMocap
 from omnipuck_sim.node.simulated_times import SimulatedTimes
 
 SHORTEST_MEASUREMENT = 0.5
@@ -29,7 +29,7 @@ class GraphPace:
         times: the simulated time, for the ages of messages.
     """
 
-    def __init__(self, node: Node, inputs: Inputs, settings: Settings, room: MocapRoom) -> None:
+    def __init__(self, node: Node, inputs: Inputs, settings: Settings, room: SimulatedMocap) -> None:
         """Subscribes to the nodes' reports through `inputs`, in lockstep."""
         self.times = SimulatedTimes(room.simulator)
         self._log = node.get_logger()

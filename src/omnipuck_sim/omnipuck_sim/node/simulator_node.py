@@ -14,7 +14,7 @@ from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_sim.node.graph_pace import GraphPace
-from omnipuck_sim.node.mocap_room import MOCAP_LIVE, MocapRoom
+from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, SimulatedMocap
 
 GROUPS = (Robot, Cap, Simulation, Limits, Control, Frames)
 
@@ -26,7 +26,7 @@ class SimulatorNode(Node):
         super().__init__("simulator_node", **kwargs)
         declare(self, *GROUPS, live=(*LIVE, *MOCAP_LIVE), check=_check)
         settings = read_settings(self, *GROUPS)
-        self._room = MocapRoom(self, settings)
+        self._room = SimulatedMocap(self, settings)
         self._inputs = Inputs(self)
         self._pace = GraphPace(self, self._inputs, settings, self._room)
         times = self._pace.times if self._room.publishes_clock else None
@@ -34,7 +34,7 @@ class SimulatorNode(Node):
         on_change(self, self._contract.change_settings, *GROUPS)
         self._constants = SharedConstants(self, settings, *GROUPS)
         self.create_service(Trigger, "reset", self._reset)
-        self._room.call_each_pose(self._pace.advance)
+        self._room.start(self._pace.advance)
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
         self._inputs.ready(self._room.description)
 

@@ -19,7 +19,7 @@ class StickError(ValueError):
 
 
 @dataclass(frozen=True)
-class Stick:
+class JoyState:
     """State of a joystick.
 
     Attributes:
@@ -54,7 +54,7 @@ class Stick:
 
 
 @dataclass(frozen=True)
-class Grip:
+class DebouncedButton:
     """State of a button that a hand holds: the dead-man button, or the one that resumes.
 
     A button that is pressed from the start, or after the joystick was silent, may be stuck. It counts only after it was
@@ -70,11 +70,11 @@ class Grip:
     holds: bool = False
     since: float = math.inf
 
-    def after(self, pressed: bool, now: float) -> "Grip":
+    def after(self, pressed: bool, now: float) -> "DebouncedButton":
         """The grip after the button was seen pressed or released at `now` [s]."""
         since = math.inf if pressed else min(self.since, now)
         was_released = self.was_released or now - since >= RELEASED_FOR
-        return Grip(was_released, pressed and was_released, since)
+        return DebouncedButton(was_released, pressed and was_released, since)
 
 
 def check_stick(settings: Settings) -> None:
@@ -92,7 +92,7 @@ def check_stick(settings: Settings) -> None:
             raise ParameterError(f"{got}: expected another one for each")
 
 
-def velocity_of(stick: Stick, teleop: Teleop, robot: Robot) -> tuple[np.ndarray, float]:
+def velocity_of(stick: JoyState, teleop: Teleop, robot: Robot) -> tuple[np.ndarray, float]:
     """The velocity (2,) [m/s, body frame] and the yaw rate [rad/s] that a stick commands.
 
     The deadzone is a disc for driving: the direction is the stick's. From its edge on the speed grows from zero.

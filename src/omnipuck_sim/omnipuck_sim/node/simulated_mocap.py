@@ -12,8 +12,8 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
+from collplan_core.clock_steps import ClockOffset
 from collplan_core.parameters import Settings, Simulation
-from collplan_core.set_clocks import ClockOffset
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
@@ -37,7 +37,7 @@ CATCH_UP_OF_CLOCK = 0.05
 """The same where /clock is published, and everything else waits for it [s]."""
 
 
-class MocapRoom:
+class SimulatedMocap:
     """Runs in real time, stamped by the system's clock; or in simulated time, which it publishes on /clock.
 
     Attributes:
@@ -71,7 +71,7 @@ class MocapRoom:
         self._impact_publisher = node.create_publisher(Vector3Stamped, "ground_truth/impact", EVENT)
         self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
-    def call_each_pose(self, advance: Callable[[], object]) -> None:
+    def start(self, advance: Callable[[], object]) -> None:
         """Calls `advance` once per pose from now on, when it is due."""
         simulation = self._settings.simulator
         pace = simulation.mocap_rate * simulation.speed_factor

@@ -5,7 +5,7 @@ import math
 from collplan_core.ages import PosesClock
 from collplan_core.control.permission import why_stale
 from collplan_core.loop.refusals import Refusals
-from collplan_core.loop.scan_trust import ScanTrust
+from collplan_core.loop.scan_gate import ScanGate
 from collplan_core.loop.sensed_scans import Judged, SensedScans
 from collplan_core.parameters import Limits, Settings
 from collplan_core.scan import Scan, ScanError
@@ -15,7 +15,7 @@ REFUSED_POSE_AGE = 0.05
 """Oldest pose acted on while newer ones come and are refused [s]; one of them alone stops nothing at 100 Hz."""
 
 
-class Sensors:
+class InputGate:
     """The age of poses and scans since local receipt [s], and counts of refused ones.
 
     Attributes:
@@ -29,7 +29,7 @@ class Sensors:
         self._refusals = refusals
         self._scan_received = -math.inf
         self._refused: dict[str, str] = {}
-        self._trust = ScanTrust()
+        self._gate = ScanGate()
         self._clock = PosesClock()
         self.state: State | None = None
 
@@ -76,11 +76,11 @@ class Sensors:
         for reason, local in judged:
             if reason:
                 self._refusals.add("scan", reason)
-                self._trust.refused(reason, local)
+                self._gate.reject(reason, local)
                 self.refuse("scan", reason)
             else:
                 self._scan_received = local
-                self._trust.believed()
+                self._gate.accept()
                 self._refused.pop("scan", None)
 
     def refuse(self, kind: str, reason: str) -> None:
@@ -97,10 +97,10 @@ class Sensors:
 
         For a world that has changed. The person who requests it has checked robot and scan.
         """
-        if self._trust.is_lost:
+        if self._gate.is_closed:
             self.sensed.forget()
             self._refused.pop("scan", None)
-        self._trust = ScanTrust()
+        self._gate = ScanGate()
 
     def why_lost(self, local: float, limits: Limits) -> str:
         """Returns why poses or scans that were there are unusable now; "" where they are usable, or one never came."""
@@ -118,7 +118,7 @@ class Sensors:
 
     def _why_scan(self, local: float, limit: float) -> str:
         received = max(self.sensed.unplaced_received, self._scan_received)
-        return self._trust.why_not(local) or self._why("scan", local - received, limit)
+        return self._gate.why_not(local) or self._why("scan", local - received, limit)
 
     def _why(self, kind: str, age: float, limit: float) -> str:
         reason = why_stale(kind, age, limit)
