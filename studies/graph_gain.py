@@ -130,12 +130,12 @@ def delays(planner: Sequence[Event], controller: Sequence[Event]) -> tuple[np.nd
     rows, ticks, taken, here = [], list[float](), dict[float, float](), math.inf
     for call in (event for event in controller if isinstance(event, Call)):
         if call.name == "take_pose":
-            here = min(here, call.given[1] - call.given[0].stamp)
+            here = min(here, call.args[1] - call.args[0].stamp)
         elif call.name == "take_plan":
-            taken[call.given[0].stamp] = call.given[-1]
+            taken[call.args[0].stamp] = call.args[-1]
         elif call.name == "tick":
-            ticks.append(call.given[0])
-            rows += [(stamp, at, call.given[0]) for stamp, at in taken.items()]
+            ticks.append(call.args[0])
+            rows += [(stamp, at, call.args[0]) for stamp, at in taken.items()]
             taken.clear()
     found = [
         (planned[stamp] - stamp - zero, begun[stamp] - planned[stamp], at - here - begun[stamp] + zero, tick - at)
@@ -151,9 +151,9 @@ def _planned(planner: Sequence[Event]) -> tuple[dict[float, float], dict[float, 
     taken, begun = dict[float, float](), dict[float, float]()
     for call in (event for event in planner if isinstance(event, Call)):
         if call.name == "take_pose":
-            taken[call.given[0].stamp] = call.given[1]
-        for plan in (each["plan"] for each in call.came or () if isinstance(each, dict) and "plan" in each):
-            begun[plan["stamp"]] = call.given[-1]
+            taken[call.args[0].stamp] = call.args[1]
+        for plan in (each["plan"] for each in call.result or () if isinstance(each, dict) and "plan" in each):
+            begun[plan["stamp"]] = call.args[-1]
     return taken, begun, min((at - stamp for stamp, at in taken.items()), default=math.inf)
 
 

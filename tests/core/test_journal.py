@@ -30,9 +30,9 @@ def written() -> list[str]:
     planner_journal.begin(BOUNCE)
     controller_journal.begin(BOUNCE)
     forbidden = {0.35: "nodes disagree"}
-    deadlines = planner_journal.counted(lambda settings: after_looks(7))
+    deadlines = planner_journal.count_checks(lambda settings: after_looks(7))
     now = [0.0]
-    why = planner_journal.asked(lambda: forbidden.get(now[0], ""))
+    why = planner_journal.record_answers(lambda: forbidden.get(now[0], ""))
     planner, controller = PlannerLoop(BOUNCE, deadlines, None, why), ControllerLoop(BOUNCE)
     to_planner, to_controller = planner_journal.call, controller_journal.call
 
@@ -104,7 +104,7 @@ def test_a_drive_by_hand_is_played_to_the_last_bit():
 def test_what_the_loop_was_told_is_told_again(lines):
     calls = [call for call in events_of(rows_of(lines, ""), PLANNER) if isinstance(call, Call)]
     assert [call.forbidden for call in calls if call.forbidden] == [("nodes disagree",)]
-    assert {call.looks for call in calls if call.looks} == {(7,)}
+    assert {call.deadline_checks for call in calls if call.deadline_checks} == {(7,)}
 
     def without(row):
         return {**row, "calls": [{k: v for k, v in call.items() if k != "forbidden"} for call in row["calls"]]}
@@ -145,8 +145,8 @@ def test_a_last_line_that_was_cut_off_is_left_out(lines):
 
 
 def test_a_line_of_another_format_or_that_holds_no_calls_is_refused(lines):
-    unknown = {"calls": [{"call": "__init__", "given": []}]}
-    for odd in ({"calls": 3}, {"calls": [{"call": "tick", "given": [{"x": 1}]}]}, {}, unknown, {"format": 9}):
+    unknown = {"calls": [{"call": "__init__", "args": []}]}
+    for odd in ({"calls": 3}, {"calls": [{"call": "tick", "args": [{"x": 1}]}]}, {}, unknown, {"format": 9}):
         number = 0 if "format" in odd else 2
         with pytest.raises(JournalError):
             compared(changed(lines, number, PLANNER, lambda row, odd=odd: {**row, "calls": None, **odd}), PLANNER)
@@ -156,9 +156,9 @@ def test_the_first_outcome_that_differs_is_shown_in_time_and_value(lines):
     """A zero of the other sign is a difference."""
 
     def other_sign(row):
-        calls = [call for call in row["calls"] if "command" in (call.get("came") or ())]
+        calls = [call for call in row["calls"] if "command" in (call.get("result") or ())]
         for call in calls:
-            call["came"]["command"]["yaw_rate"] *= -1.0
+            call["result"]["command"]["yaw_rate"] *= -1.0
         return row
 
     (found,) = compared(changed(lines, 4, CONTROLLER, other_sign), CONTROLLER)
@@ -173,7 +173,7 @@ def test_the_first_outcome_that_differs_is_shown_in_time_and_value(lines):
 def test_calls_are_passed_on_and_what_comes_of_them_too():
     lines = []
     journal = Journal(PLANNER, lines.append)
-    forbidden = journal.asked(lambda: "dark")
+    forbidden = journal.record_answers(lambda: "dark")
     assert journal.call("{}, {}".format, 7, "there") == "7, there"
     assert journal.call(lambda: forbidden()) == "dark"
     with pytest.raises(ZeroDivisionError):
@@ -182,8 +182,8 @@ def test_calls_are_passed_on_and_what_comes_of_them_too():
     journal.end_cycle()
     (row,) = map(json.loads, lines)
     assert [call.get("forbidden") for call in row["calls"]] == [None, ["dark"], None]
-    assert [call["came"] for call in row["calls"][:2]] == ["7, there", "dark"]
-    assert "ZeroDivisionError" in row["calls"][2]["came"]["raised"]
+    assert [call["result"] for call in row["calls"][:2]] == ["7, there", "dark"]
+    assert "ZeroDivisionError" in row["calls"][2]["result"]["raised"]
 
 
 # ---- differences

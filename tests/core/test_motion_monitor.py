@@ -14,9 +14,9 @@ from collplan_core.control.motion_monitor import (
     SLIP,
     STUCK,
     MotionRecord,
-    commanded,
+    add_command,
+    add_pose,
     judge_motion,
-    moved,
 )
 from collplan_core.parameters import Settings
 from collplan_core.state import State
@@ -52,13 +52,13 @@ class Drive:
                 command = np.asarray(wanted(now), dtype=float)
                 busy = now + next((0.2 for stall in self.stalls if abs(stall - now) < 1e-6), 0.0)
                 self.commands.append((busy, command))
-                self.record = commanded(self.record, command, now)
+                self.record = add_command(self.record, command, now)
                 pushed = self.push * self.random.standard_normal(2)
             if k % 2 == 0:
                 # as a slope over a window, so half of it old
                 velocity = self.earlier[0] + self.random.normal(0.0, 0.04, 2)
                 state = State(now, self.position + self.random.normal(0.0, 0.002, 2), velocity, 0.0)
-                self.record = moved(self.record, state, now, self.touching(now))
+                self.record = add_pose(self.record, state, now, self.touching(now))
             applied = next(u for time, u in reversed(self.commands) if time <= now - self.delay)
             pull = (self.matrix @ applied - self.velocity) / (robot.velocity_lag * self.mass)
             largest = robot.max_acceleration / self.mass
@@ -183,13 +183,13 @@ def test_poses_that_come_later_than_they_did_are_late_at_once():
     record = MotionRecord()
     for k in range(200):
         now = 0.01 * k
-        record = moved(record, State(now - (0.15 if k > 150 else 0.0), np.zeros(2), np.zeros(2), 0.0), now, False)
-        record = commanded(record, np.array([0.1, 0.0]), now)
+        record = add_pose(record, State(now - (0.15 if k > 150 else 0.0), np.zeros(2), np.zeros(2), 0.0), now, False)
+        record = add_command(record, np.array([0.1, 0.0]), now)
     verdict, _ = judge_motion(record, 2.0, SETTINGS)
     assert (verdict.kind, "0.15 s" in verdict.reason) == (LATE, True)
     stalled = record
     for k in range(30):
-        stalled = moved(stalled, State(2.0 + 0.01 * k, np.zeros(2), np.zeros(2), 0.0), 2.3, False)
+        stalled = add_pose(stalled, State(2.0 + 0.01 * k, np.zeros(2), np.zeros(2), 0.0), 2.3, False)
     assert judge_motion(stalled, 2.3, SETTINGS)[0].kind != LATE
 
 

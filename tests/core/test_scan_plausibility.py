@@ -299,9 +299,9 @@ def test_a_scan_waits_for_its_pose(driven):
 def test_each_stop_within_a_while_lasts_twice_as_long_as_the_one_before():
     trust, now, pauses = ScanGate(), 0.0, []
     for _ in range(4):
-        trust.refused("odd", now)
-        trust.refused("odd", now)
-        trust.believed()
+        trust.reject("odd", now)
+        trust.reject("odd", now)
+        trust.accept()
         pause = next(k for k in range(10_000) if not trust.why_not(now + 0.01 * k)) * 0.01
         pauses.append(pause)
         now += pause + 1.0

@@ -24,7 +24,7 @@ from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.run.impacts import impacts_of
-from collplan_ros.run.log_builder import RAW, LogBuilder
+from collplan_ros.run.log_builder import BYTES_TOPICS, LogBuilder
 from collplan_ros.run.recorded_run import take_mark
 from collplan_ros.run.recorder import Recorder
 from collplan_ros.run.run_log import RunLog
@@ -56,9 +56,9 @@ class Recording:
         self.listened[topic].append((take, raw))
 
     def take(self, topic: str, sent: float, message: object) -> None:
-        data = serialize_message(message) if topic in RAW else message
+        data = serialize_message(message) if topic in BYTES_TOPICS else message
         for take, raw in self.listened[topic]:
-            assert raw == (topic in RAW)
+            assert raw == (topic in BYTES_TOPICS)
             take(data, sent)
         if topic in self._builder.topics:
             self._builder.take(topic, data, sent)

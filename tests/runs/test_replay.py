@@ -97,7 +97,7 @@ def test_a_difference_is_shown_in_time_and_value_and_what_has_changed_since(rows
         each["plan"]
         for row in rows
         for call in row.get("calls", ())
-        for each in (call.get("came") if isinstance(call.get("came"), list) else ())
+        for each in (call.get("result") if isinstance(call.get("result"), list) else ())
         if "plan" in each and each["plan"]["stamp"] > 1.0
     )
     then = plan["aim"][0]
@@ -122,7 +122,7 @@ def test_what_is_no_journal_is_refused_in_one_line(rows, replay, tmp_path, capsy
         ('{"trial": {}}\n', "holds no journal"),
         ("no JSON\n{}\n", "line 1: not JSON"),
         ("3\n", "line 1: got 3"),
-        ('{"number": 0, "of": "planner", "format": 4}\n', "settings"),
+        ('{"number": 0, "of": "planner", "format": 5}\n', "settings"),
         ('{"number": "one", "of": "planner"}\n', "got number 'one'"),
     ):
         path.write_text(text)

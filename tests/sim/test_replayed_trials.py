@@ -66,14 +66,21 @@ def test_a_trial_is_replayed_to_the_last_bit(tmp_path, strategy, values):
 
 
 def without_looks(row):
-    return {**row, "calls": [{k: v for k, v in call.items() if k != "looks"} for call in row.get("calls", ())]}
+    return {
+        **row,
+        "calls": [{k: v for k, v in call.items() if k != "deadline_checks"} for call in row.get("calls", ())],
+    }
 
 
 def test_so_is_one_in_which_a_clock_ends_refinement_and_without_its_decisions_the_plans_are_others(tmp_path):
     budget = {"time_to_goal.time_budget": 0.003, "time_to_goal.proposals": 20000, "trial.timeout": 1.0}
     lines = recorded(tmp_path, "u:17", "bounce", **budget)
     assert_equal(lines, fewest_plans=6)
-    looks = [call.looks for call in events_of(rows_of(lines, ""), PLANNER) if isinstance(call, Call) and call.looks]
+    looks = [
+        call.deadline_checks
+        for call in events_of(rows_of(lines, ""), PLANNER)
+        if isinstance(call, Call) and call.deadline_checks
+    ]
     assert len(looks) >= 6
     rows = [json.loads(line) for line in lines]
     changed = [json.dumps(without_looks(row) if row.get("number") else row) for row in rows]

@@ -123,29 +123,29 @@ class MotionRecord:
     advantage: float = 0.0
 
 
-def begun_anew(record: MotionRecord) -> MotionRecord:
+def restart(record: MotionRecord) -> MotionRecord:
     """The record after a break in the poses: it keeps what was learnt, and drops the motion."""
     return replace(MotionRecord(), learnt=record.learnt, delay=record.delay)
 
 
-def moved(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
+def add_pose(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
     """The record with a pose received at `local` [s]; `touching` where a wall is within reach of the ring."""
     row = np.array([local, state.stamp, *state.velocity.tolist(), *state.position.tolist(), state.yaw], dtype=float)
     since = local - float(record.motion[-1, 0]) if len(record.motion) else 0.0
     quickest = min(record.quickest + DRIFT * since, local - state.stamp)
     record = replace(record, motion=with_row(record.motion, row, _KEPT, 0), quickest=quickest)
-    return pushed(record, local + SETTLE) if touching else record
+    return ignore_until(record, local + SETTLE) if touching else record
 
 
-def pushed(record: MotionRecord, until: float) -> MotionRecord:
+def ignore_until(record: MotionRecord, until: float) -> MotionRecord:
     """The record of a robot that something other than its wheels may move until a time [s]."""
     return replace(record, free_since=max(record.free_since, until))
 
 
-def commanded(record: MotionRecord, velocity: np.ndarray, local: float) -> MotionRecord:
+def add_command(record: MotionRecord, velocity: np.ndarray, local: float) -> MotionRecord:
     """The record with a command: velocity (2,) [m/s, world frame], sent at `local` [s]."""
     if len(record.commands) and local - record.commands[-1, 0] > _OWN_STALL:
-        record = begun_anew(record)
+        record = restart(record)
     row = np.array([local, *velocity.tolist()], dtype=float)
     return replace(record, commands=with_row(record.commands, row, _KEPT, 0))
 
@@ -156,7 +156,7 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     if not commands[:, 1:].any() or len(motion) < 3:
         return MotionVerdict(OK, record.delay), record
     if now - commands[-1, 0] > _OVERDUE / settings.controller.rate:
-        record = pushed(record, now)
+        record = ignore_until(record, now)
     limit = settings.limits.motion_delay
     growth = _growth(record, now)
     if growth > limit:
@@ -164,7 +164,7 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     why_stuck = stuck.why_stuck(motion[:, [0, 4, 5]], commands, settings.robot.max_acceleration)
     if why_stuck:
         # what holds it unseen may push it aside as well
-        return MotionVerdict(STUCK, record.delay, why_stuck), pushed(record, now + UNSEEN)
+        return MotionVerdict(STUCK, record.delay, why_stuck), ignore_until(record, now + UNSEEN)
     window = _window(record, now, settings)
     if window is None:
         return MotionVerdict(OK, record.delay), replace(record, advantage=0.0)
@@ -212,7 +212,7 @@ def _compared(
     turned = float(costs[all_ways.n_plain + all_ways.n_dead :].min())
     now = (plain + HEAVY).min(axis=1)
     if plain.min() <= dead - FOLLOWING:
-        record = _taught(record, now)
+        record = _update_delay_costs(record, now)
     by_delay = now + record.learnt
     in_time, too_late = limit + 1e-9 >= DELAYS, limit + 1.2 * STEP < DELAYS
     normal = min(float(by_delay[in_time].min()), dead + FORCELESS)
@@ -250,7 +250,7 @@ def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, 
     return False
 
 
-def _taught(record: MotionRecord, misfit: np.ndarray) -> MotionRecord:
+def _update_delay_costs(record: MotionRecord, misfit: np.ndarray) -> MotionRecord:
     """The record updated by one window's misfit of each of DELAYS (k,) [m^2/s]."""
     learnt = record.learnt + LEARNT * misfit
     learnt = np.minimum(learnt - learnt.min(), MOST_LEARNT)

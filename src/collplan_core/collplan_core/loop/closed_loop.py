@@ -49,7 +49,7 @@ class ClosedLoop:
         """
         planner, controller = journals or (Journal(PLANNER), Journal(CONTROLLER))
         sensed = SensedScans(settings.limits.pose_history)
-        self.planner = PlannerLoop(settings, planner.counted(make_deadline), known_map, sensed=sensed)
+        self.planner = PlannerLoop(settings, planner.count_checks(make_deadline), known_map, sensed=sensed)
         self.controller = ControllerLoop(settings, sensed=sensed)
         self.planning_time = 0.0
         self._settings, self._heard = settings, heard

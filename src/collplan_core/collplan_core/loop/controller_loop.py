@@ -74,13 +74,13 @@ class ControllerLoop:
         self.override_trouble = ""
         self._settings = settings
         self._why_forbidden = why_forbidden
-        self._sensors = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
+        self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._waiting: Plan | None = None
         self._followed: FollowedPlan | None = None
         self._memory = ControllerMemory()
         self._commands = np.zeros((0, 3))
         self._hand: ManualCommand | None = None
-        self._given_back: ManualCommand | None = None
+        self._released_command: ManualCommand | None = None
         self._robot_stands = ""
         self._sent = stopped("just started")
         self._mistrusted = ""
@@ -116,13 +116,13 @@ class ControllerLoop:
 
     def now(self, local: float) -> float | None:
         """The time on the poses' clock [s]; None before the first pose."""
-        return self._sensors.now(local)
+        return self._inputs.now(local)
 
     # ---- inputs
 
     def take_pose(self, state: State, local: float) -> None:
         """Takes a pose."""
-        joins = self._sensors.take_pose(state, local, self._settings)
+        joins = self._inputs.take_pose(state, local, self._settings)
         self.motion.take_pose(state, local, joins, self._settings)
         if not joins:
             self._commands = np.zeros((0, 3))
@@ -130,8 +130,8 @@ class ControllerLoop:
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """Takes a scan."""
-        self._sensors.take_scan(scan, local, self._settings)
-        self.motion.take_scan(self._sensors.sensed.newest_placed(), self._settings)
+        self._inputs.take_scan(scan, local, self._settings)
+        self.motion.take_scan(self._inputs.sensed.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """Takes a refused pose or scan (`kind` "pose" or "scan"), or a pose after KIDNAPPED, which is usable.
@@ -142,13 +142,13 @@ class ControllerLoop:
             if self.goal_active and not self.held and not self._kidnapping_is_known:
                 self._interlock = self._interlock.held(WHY_KIDNAPPED)
             return
-        if kind == "pose" and not self._sensors.refuses_poses:
+        if kind == "pose" and not self._inputs.refuses_poses:
             self._kidnapping_is_known = False
-        self._sensors.refuse(kind, reason)
+        self._inputs.refuse(kind, reason)
 
     def forget_scans(self) -> None:
         """Takes a person's resume: where scans are refused, the next one is accepted."""
-        self._sensors.forget_scans()
+        self._inputs.forget_scans()
 
     def take_robot_state(self, reason: str) -> None:
         """Takes the reason why the robot itself stands, held or stopped; "" where it follows commands."""
@@ -189,16 +189,16 @@ class ControllerLoop:
         self._interlock = self._interlock.resumed()
         # a person at rest may have let go, which their silence will show; one who goes on commanding keeps the robot
         if self._hand is not None and self._hand.is_rest:
-            self._given_back = self._hand
+            self._released_command = self._hand
         self._mistrusted = ""
-        self._kidnapping_is_known = self._sensors.refuses_poses
+        self._kidnapping_is_known = self._inputs.refuses_poses
         self.forget_scans()
         self._patience, self._fault_since, self._lost_since = patience, None, None
 
     def take_plan(self, plan: Plan, local: float) -> str:
         """Takes a plan, or the same again; returns why it is refused, or "" where it will be followed."""
         goal_stamp = self.goal.stamp if self.goal is not None and self.goal.active else None
-        reason = why_refuse_plan(plan, goal_stamp, self._sensors.now(local), self._settings.limits.pose_age)
+        reason = why_refuse_plan(plan, goal_stamp, self._inputs.now(local), self._settings.limits.pose_age)
         if reason:
             return reason
         if self._waiting is not None and self._waiting.stamp != plan.stamp:
@@ -211,9 +211,9 @@ class ControllerLoop:
         """Starts to follow the waiting plan once its pose and a scan have come: topics have no common order."""
         plan = self._waiting
         # no pose is kept for a plan made before a break in the poses
-        if plan is None or self._sensors.sensed.pose_at(plan.stamp) is None:
+        if plan is None or self._inputs.sensed.pose_at(plan.stamp) is None:
             return
-        placed = self._sensors.sensed.newest_placed(until=plan.stamp)
+        placed = self._inputs.sensed.newest_placed(until=plan.stamp)
         if placed is not None:
             local_map = build_local_map(*placed, self._settings.robot, self._settings.local_map)
             self._waiting, self._followed = None, FollowedPlan(plan, local_map)
@@ -244,17 +244,17 @@ class ControllerLoop:
 
     def _keep(self, command: Command, local: float) -> None:
         """Keeps the commands and their times, as they act later."""
-        state, now = self._sensors.state, self._sensors.now(local)
+        state, now = self._inputs.state, self._inputs.now(local)
         if state is not None and now is not None:
             self._commands = with_command(self._commands, command.velocity, state.yaw, now)
 
     def _override(self, hand: ManualCommand, local: float) -> Command:
-        limits, state = self._settings.limits, self._sensors.state
+        limits, state = self._settings.limits, self._inputs.state
         # after manual control the planner drives again only when a person resumes, and with a new heading
-        if not self.held and hand is not self._given_back:
+        if not self.held and hand is not self._released_command:
             self._interlock = self._interlock.held(TAKEN)
         self._memory = ControllerMemory()
-        lost = self._sensors.why_no_pose(local, limits)
+        lost = self._inputs.why_no_pose(local, limits)
         reason = why_no_override(hand, self._robot_stands, lost, None if state is None else state.position, limits)
         self.override_trouble = reason or lost or self._mistrusted
         if reason:
@@ -267,7 +267,7 @@ class ControllerLoop:
 
     def _planned_command(self, local: float) -> Command:
         reason = self._why_still(local)
-        followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
+        followed, state, now = self._followed, self._inputs.state, self._inputs.now(local)
         if reason or followed is None or state is None or now is None:
             self._memory = ControllerMemory(heading=self._memory.heading)
             return stopped(reason)
@@ -308,7 +308,7 @@ class ControllerLoop:
         """
         if self.motion.verdict.kind in STOPPING:
             return self.motion.verdict.reason
-        lost = forbidden or self._sensors.why_lost(local, self._settings.limits)
+        lost = forbidden or self._inputs.why_lost(local, self._settings.limits)
         self._fault_since = _since(self._fault_since, reason, local)
         self._lost_since = _since(self._lost_since, lost, local)
         lasts = _lasts(self._fault_since, self._patience, local) or _lasts(self._lost_since, LONGEST_FAULT, local)
@@ -318,12 +318,12 @@ class ControllerLoop:
         """Returns the reason why the robot must not move now, "" where it may, without regard to its motion."""
         if not self.goal_active:
             return "no active goal"
-        limits, state = self._settings.limits, self._sensors.state
+        limits, state = self._settings.limits, self._inputs.state
         outside = "" if state is None else why_outside(state.position, limits)
-        return self._sensors.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
+        return self._inputs.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
 
     def _why_plan_is_stale(self, local: float) -> str:
-        plan, now = self.plan, self._sensors.now(local)
+        plan, now = self.plan, self._inputs.now(local)
         if plan is None or now is None:
             return "no plan yet"
         age = self._settings.limits.plan_age if plan.valid_until is None else plan.valid_until - plan.stamp

@@ -10,11 +10,11 @@ from collplan_core.control.motion_monitor import (
     UNSEEN,
     MotionRecord,
     MotionVerdict,
-    begun_anew,
-    commanded,
+    add_command,
+    add_pose,
+    ignore_until,
     judge_motion,
-    moved,
-    pushed,
+    restart,
 )
 from collplan_core.jit import njit
 from collplan_core.parameters import Settings
@@ -55,13 +55,13 @@ class MotionWatch:
     def take_pose(self, state: State, local: float, joins: bool, settings: Settings) -> None:
         """Takes a pose; one that does not join the earlier ones begins anew."""
         if not joins:
-            self._record = begun_anew(self._record)
+            self._record = restart(self._record)
         touching = _is_near(self._surfaces, *state.position.tolist(), settings.robot.radius + TOUCH)
         if touching:
             self._touched = local
         elif local - self._touched > SETTLE and self._is_hit(state, settings):
-            self._record = pushed(self._record, local + UNSEEN)
-        self._record = moved(self._record, state, local, touching)
+            self._record = ignore_until(self._record, local + UNSEEN)
+        self._record = add_pose(self._record, state, local, touching)
         self._yaw = state.yaw
 
     def _is_hit(self, state: State, settings: Settings) -> bool:
@@ -89,7 +89,7 @@ class MotionWatch:
         """Takes a command that is sent now."""
         if math.isfinite(self._yaw):
             x, y = command.velocity.tolist()
-            self._record = commanded(self._record, np.array(rotate(x, y, self._yaw)), local)
+            self._record = add_command(self._record, np.array(rotate(x, y, self._yaw)), local)
 
 
 @njit

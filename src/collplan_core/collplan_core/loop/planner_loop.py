@@ -90,7 +90,7 @@ class PlannerLoop:
         self._make_deadline = make_deadline
         self._why_forbidden = why_forbidden
         self._known_map = self._memory = known_map
-        self._sensors = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
+        self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
         self._recovery = Recovery()
         self._placed: PlacedScan | None = None
@@ -110,7 +110,7 @@ class PlannerLoop:
     @property
     def state(self) -> State | None:
         """State of the robot at the newest pose; None before the first."""
-        return self._sensors.state
+        return self._inputs.state
 
     @property
     def recovery_tries(self) -> int:
@@ -122,7 +122,7 @@ class PlannerLoop:
     def take_pose(self, state: State, local: float) -> list[Decision]:
         """Takes a pose."""
         settings = self._settings
-        if not self._sensors.take_pose(state, local, settings):
+        if not self._inputs.take_pose(state, local, settings):
             self._forget_before(state.stamp)
         passes = not settings.planner.stop_at_goal or float(np.hypot(*state.velocity)) <= AT_REST
         if passes and self.goal.is_at(state.position, settings.planner.goal_tolerance):
@@ -138,7 +138,7 @@ class PlannerLoop:
 
     def take_command(self, velocity: np.ndarray, local: float) -> None:
         """Takes a velocity (2,) [m/s, body frame] that the robot is commanded from now on."""
-        state, now = self._sensors.state, self._sensors.now(local)
+        state, now = self._inputs.state, self._inputs.now(local)
         if state is not None and now is not None:
             self._commands = with_command(self._commands, velocity, state.yaw, now)
             self._recovery.commanded(self._commands[-1, 1:], now)
@@ -154,22 +154,22 @@ class PlannerLoop:
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """Takes a scan."""
-        self._sensors.take_scan(scan, local, self._settings)
+        self._inputs.take_scan(scan, local, self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """Takes a refused pose or scan (`kind` "pose" or "scan")."""
-        self._sensors.refuse(kind, reason)
+        self._inputs.refuse(kind, reason)
 
     def forget_scans(self) -> None:
         """Takes a person's resume: where scans are refused, the next one is accepted."""
-        self._sensors.forget_scans()
+        self._inputs.forget_scans()
 
     def take_impact(self, stamp: float, change: np.ndarray, local: float) -> list[Decision]:
         """Takes an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
         settings = self._settings
         self.n_impacts += 1
-        reason = why_not_now(stamp, self._sensors.now(local), settings.limits.pose_age)
-        if not reason and self._sensors.state is not None:
+        reason = why_not_now(stamp, self._inputs.now(local), settings.limits.pose_age)
+        if not reason and self._inputs.state is not None:
             reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
         if reason:
             self.refusals.add("impact", reason)
@@ -179,7 +179,7 @@ class PlannerLoop:
 
     def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
         """Takes a goal (2,) [m], which replaces the previous one; the same goal again gets no more time or tries."""
-        state = self._sensors.state
+        state = self._inputs.state
         reason = why_refuse_goal(position, None if state is None else state.position, self._settings.limits)
         if reason:
             return self.refuse_goal(identity, reason)
@@ -208,7 +208,7 @@ class PlannerLoop:
         return self._decided()
 
     def _begin_goal(self, again: bool = False) -> None:
-        self._memory, self._planned_until, self.trouble = self._known_map, self._sensors.newest_stamp, ""
+        self._memory, self._planned_until, self.trouble = self._known_map, self._inputs.newest_stamp, ""
         if again:
             self._recovery.repeat_goal()
         else:
@@ -255,15 +255,15 @@ class PlannerLoop:
 
     def why_stale(self, local: float) -> str:
         """Returns the reason why no plan is made: forbidden, or poses or scans unusable; "" where one is made."""
-        return self._why_forbidden() or self._sensors.why_stale(local, self._settings.limits)
+        return self._why_forbidden() or self._inputs.why_stale(local, self._settings.limits)
 
     def _plan_after_impact(self, local: float) -> None:
-        due = self._alarm.is_due(self._sensors.state)
+        due = self._alarm.is_due(self._inputs.state)
         if due and self._planner.replans_after_impact and self.goal.active:
             self._cycle(local)
 
     def _cycle(self, local: float) -> None:
-        settings, now = self._settings, self._sensors.now(local)
+        settings, now = self._settings, self._inputs.now(local)
         deadline = self._make_deadline(settings)
         if self.goal.is_overdue(local, settings.planner.goal_timeout):
             self._give_up(f"not reached within planner.goal_timeout, {settings.planner.goal_timeout:g} s")
@@ -280,7 +280,7 @@ class PlannerLoop:
         except ScanError as error:
             self._report_no_plan("no_plan", str(error), local)
             return
-        initial, newest = self._initial_state(), self._sensors.sensed.scan_stamp or 0.0
+        initial, newest = self._initial_state(), self._inputs.sensed.scan_stamp or 0.0
         old = self._why_too_old(initial)
         if old:
             self._report_no_plan("stale", old, local)
@@ -292,7 +292,7 @@ class PlannerLoop:
     def _update_local_map(self) -> None:
         """Makes the local map of the newest scan whose pose is known, once per scan."""
         settings = self._settings
-        placed = self._sensors.sensed.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
+        placed = self._inputs.sensed.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
         if placed is not None:
             scan, state = placed
             shown = add_bumped_obstacles(scan, state, self._recovery.felt, settings.robot.radius)
@@ -303,7 +303,7 @@ class PlannerLoop:
         """Returns the state at which a plan starts: the newest pose's or the newest scan's, as the planner requires."""
         if self._placed is None:
             return None
-        return self._sensors.state if self._planner.starts_at_newest_pose else self._placed.state
+        return self._inputs.state if self._planner.starts_at_newest_pose else self._placed.state
 
     def _why_too_old(self, initial: State | None) -> str:
         """Returns why no plan starts so long after the newest scan with known poses; "" where one does."""

@@ -91,7 +91,7 @@ def compare(of: str, events: Iterable[Event]) -> Iterator[Comparison]:
 
 def _compared(done: Comparison, player: Player, call: Call) -> Comparison:
     outcome = outcome_of(player.play(call))
-    apart = first_apart(call.came, outcome, call.name)
+    apart = first_apart(call.result, outcome, call.name)
     if apart is not None:
         return replace(done, end=Difference(player.stamp, *apart))
     return replace(

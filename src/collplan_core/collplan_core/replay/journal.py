@@ -12,7 +12,7 @@ from collplan_core.replay.outcome import outcome_of
 from collplan_core.replay.values import encode
 
 PLANNER, CONTROLLER = "planner", "controller"
-FORMAT = 4
+FORMAT = 5
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -23,10 +23,10 @@ class _Call:
     """A call of the loop: its name, its arguments, the answers to its queries, and its outcome."""
 
     name: str
-    given: tuple[Any, ...]
+    args: tuple[Any, ...]
     forbidden: list[str] = field(default_factory=list)
     deadlines: list[CountedDeadline] = field(default_factory=list)
-    came: Any = None
+    result: Any = None
 
 
 class Journal:
@@ -60,15 +60,15 @@ class Journal:
         call = self._current = _Call(method.__name__, given)
         self._calls.append(call)
         try:
-            came = call.came = method(*given, **named)
+            result = call.result = method(*given, **named)
         except Exception as error:
-            call.came = error
+            call.result = error
             raise
         finally:
             self._current = None
-        return came
+        return result
 
-    def asked(self, why_forbidden: Callable[[], str]) -> Callable[[], str]:
+    def record_answers(self, why_forbidden: Callable[[], str]) -> Callable[[], str]:
         """Returns the same external query, whose answers are kept."""
 
         def asked() -> str:
@@ -79,7 +79,7 @@ class Journal:
 
         return why_forbidden if self._send is None else asked
 
-    def counted(self, make_deadline: Callable[[Settings], Deadline]) -> Callable[[Settings], Deadline]:
+    def count_checks(self, make_deadline: Callable[[Settings], Deadline]) -> Callable[[Settings], Deadline]:
         """Wraps `make_deadline` so that the checks of each deadline are counted in the journal."""
 
         def counted(settings: Settings) -> Deadline:
@@ -103,11 +103,11 @@ class Journal:
 
 
 def _entry(call: _Call) -> dict[str, Any]:
-    entry = {"call": call.name, "given": encode(call.given)}
+    entry = {"call": call.name, "args": encode(call.args)}
     if any(call.forbidden):
         entry["forbidden"] = call.forbidden
-    looks = [deadline.looks if deadline.came else None for deadline in call.deadlines]
-    if any(count is not None for count in looks):
-        entry["looks"] = looks
-    came = outcome_of(call.came)
-    return entry if came is None else {**entry, "came": came}
+    checks = [deadline.looks if deadline.came else None for deadline in call.deadlines]
+    if any(count is not None for count in checks):
+        entry["deadline_checks"] = checks
+    result = outcome_of(call.result)
+    return entry if result is None else {**entry, "result": result}

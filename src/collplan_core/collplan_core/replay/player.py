@@ -54,8 +54,8 @@ class Player:
         method = None if call.name.startswith("_") else getattr(self.loop, call.name, None)
         if not callable(method):
             raise JournalError(f"call: got {call.name!r}, expected an input of {type(self.loop).__name__}")
-        given = [self._given(value) for value in call.given]
-        self._forbidden, self._looks = deque(call.forbidden), deque(call.looks)
+        given = [self._given(value) for value in call.args]
+        self._forbidden, self._looks = deque(call.forbidden), deque(call.deadline_checks)
         if given and isinstance(given[0], State):
             self.stamp = given[0].stamp
         try:

@@ -32,17 +32,17 @@ class Call:
 
     Attributes:
         name: name of the method.
-        given: its arguments.
+        args: its arguments.
         forbidden: answers to its queries why it is forbidden to act; empty where it never was.
-        looks: number of looks at each deadline before that passed; None where it did not pass.
-        came: the outcome, as JSON.
+        deadline_checks: number of looks at each deadline before that passed; None where it did not pass.
+        result: the outcome, as JSON.
     """
 
     name: str
-    given: tuple[Any, ...]
+    args: tuple[Any, ...]
     forbidden: tuple[str, ...] = ()
-    looks: tuple[int | None, ...] = ()
-    came: Any = None
+    deadline_checks: tuple[int | None, ...] = ()
+    result: Any = None
 
 
 @dataclass(frozen=True)
@@ -113,5 +113,5 @@ def _events(row: Mapping[str, Any]) -> Iterator[Event]:
         yield Beginning(decode(row["settings"]), row["known_map"], row["made_with"])
         return
     for each in row["calls"]:
-        looks, forbidden = tuple(each.get("looks", ())), tuple(each.get("forbidden", ()))
-        yield Call(each["call"], tuple(decode(each["given"])), forbidden, looks, each.get("came"))
+        checks, forbidden = tuple(each.get("deadline_checks", ())), tuple(each.get("forbidden", ()))
+        yield Call(each["call"], tuple(decode(each["args"])), forbidden, checks, each.get("result"))

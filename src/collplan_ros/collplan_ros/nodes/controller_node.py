@@ -64,7 +64,7 @@ class ControllerNode(Node):
         publisher = self.create_publisher(String, "controller/journal", qos.JOURNAL)
         self._journal = Journal(CONTROLLER, lambda line: publisher.publish(String(data=line)))
         self._journal.begin(self._settings)
-        self._loop = ControllerLoop(self._settings, self._journal.asked(self._why_forbidden))
+        self._loop = ControllerLoop(self._settings, self._journal.record_answers(self._why_forbidden))
         self._period = ControlPeriod()
         self._told: float | None = None
         warm_up()

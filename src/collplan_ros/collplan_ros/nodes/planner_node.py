@@ -76,10 +76,10 @@ class PlannerNode(Node):
         publisher = self.create_publisher(String, "planner/journal", qos.JOURNAL)
         journal = self._journal = Journal(PLANNER, lambda line: publisher.publish(String(data=line)))
         journal.begin(self._settings)
-        why_forbidden = journal.asked(lambda: self._constants.disagreement)
+        why_forbidden = journal.record_answers(lambda: self._constants.disagreement)
         # a simulation that waits for the plan does so while other programs have the processor, too
         deadline = deadlines(thread_time if isinstance(self._local_clock, ROSClock) else perf_counter)
-        loop = self._loop = PlannerLoop(self._settings, journal.counted(deadline), why_forbidden=why_forbidden)
+        loop = self._loop = PlannerLoop(self._settings, journal.count_checks(deadline), why_forbidden=why_forbidden)
         self._planning_time = 0.0
         warm_up()
         self._outputs = PlannerOutputs(self)

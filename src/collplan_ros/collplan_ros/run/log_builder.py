@@ -42,9 +42,9 @@ from collplan_ros.run.run_log import (
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are logged."""
-RAW = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
+BYTES_TOPICS = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
 """Topics whose messages are taken as bytes."""
-PICTURED = ("plan", "scan")
+PAGE_TOPICS = ("plan", "scan")
 """Topics that nothing but the picture and the page need; scans would be most of a log."""
 INVALID = (MessageError, ScanError)
 """Errors by which an invalid message is refused; any other one is a fault of this program."""
@@ -101,7 +101,7 @@ class LogBuilder:
             "cmd_vel": self._take_command,
             "/diagnostics": self._take_diagnostics,
         }
-        self._takers = {topic: take for topic, take in takers.items() if pictured or topic not in PICTURED}
+        self._takers = {topic: take for topic, take in takers.items() if pictured or topic not in PAGE_TOPICS}
         self.topics = tuple(self._takers)
 
     def drop(self) -> None:
@@ -119,7 +119,7 @@ class LogBuilder:
         self._log.reached_sent = self._ended = self._arrived = None
 
     def take(self, topic: str, message: Any, sent: float) -> None:
-        """Takes a message, or its bytes on a topic of RAW, that was sent at `sent` [s]; an invalid one is left out."""
+        """Takes a message sent at `sent` [s], or its bytes on a topic of BYTES_TOPICS; an invalid one is left out."""
         with suppress(*INVALID):
             self._takers[topic](message, sent)
 

@@ -14,7 +14,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
-from collplan_ros.run.log_builder import RAW, End, LogBuilder
+from collplan_ros.run.log_builder import BYTES_TOPICS, End, LogBuilder
 from collplan_ros.run.reader import attachment, description, entries, is_whole
 from collplan_ros.run.run_error import RunError
 from collplan_ros.run.run_log import RunLog, SentGoal
@@ -87,7 +87,7 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
             take_mark(builder, entry.name, entry.metadata)
             continue
         message: Any = entry.data
-        if entry.topic not in RAW:
+        if entry.topic not in BYTES_TOPICS:
             try:
                 message = entry.decoded
             except Exception:  # whatever the library makes of a message that is none: it is left out

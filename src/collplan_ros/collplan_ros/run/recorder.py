@@ -24,7 +24,7 @@ from collplan_ros.messages.robot_state import HELD, STOPPED
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
-from collplan_ros.run.log_builder import INVALID, RAW, LogBuilder
+from collplan_ros.run.log_builder import BYTES_TOPICS, INVALID, LogBuilder
 from collplan_ros.run.run_log import PoseRow, SentGoal
 
 
@@ -93,7 +93,7 @@ class Recorder:
         self._base, self._scan_input = settings.frames.base, settings.scan
         self._asked = 0.0
         for topic in self._builder.topics:
-            topics.listen(topic, partial(self._builder.take, topic), topic in RAW)
+            topics.listen(topic, partial(self._builder.take, topic), topic in BYTES_TOPICS)
         self._listen(topics)
 
     @property
