@@ -76,9 +76,9 @@ class Inputs:
         """
         # the name after remapping, relative where it is in the node's namespace
         name = self._node.resolve_topic_name(topic).removeprefix(self._node.get_namespace().rstrip("/") + "/")
-        expected = type_name(message_type)
 
         def obstacles() -> list[str]:
+            expected = type_name(message_type)
             found = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
             return [_obstacle(publisher, expected, qos) for publisher in found]
 
