@@ -216,7 +216,7 @@ def test_too_little_driving_and_what_is_no_such_drive_are_refused():
         ([driven(1.5, 0.1, 0, duration=9.0)], TooLittle, "10 s"),
         ([driven(3.0, 0.2, 0, leap=0.1)], TooLittle, "changes"),
         ([other], Unexplained, "drive law"),
-        ([run, driven(1.5, 0.1, 1), driven(0.9, 0.1, 2)], Unexplained, ""),
+        ([run, driven(1.5, 0.1, 1), driven(0.9, 0.1, 2)], Unexplained, "."),
     ]
     for runs, error, words in table:
         with pytest.raises(error, match=words):
