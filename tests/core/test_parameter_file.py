@@ -87,13 +87,14 @@ ROBOTS = """\
 robot2: {planner_node: {ros__parameters: {planner.map_period: 0.3}}}
 /*/controller_node: {ros__parameters: {controller.k_p: 1.5}}
 /camera/driver: {ros__parameters: {whatever: 1}}
+/planner_node: {ros__parameters: {planner.goal_tolerance: 0.2}}
 """
 
 
 def test_sections_of_other_robots_are_left_out_by_the_rule_of_ros(tmp_path):
     (tmp_path / "robots.yaml").write_text(ROBOTS)
     for namespace, of_it in (
-        ("/", {"mocap.subject": "all"}),
+        ("/", {"mocap.subject": "all", "planner.goal_tolerance": 0.2}),
         ("/robot1", {"mocap.subject": "first", "controller.k_p": 1.5}),
         ("robot2/", {"mocap.subject": "all", "planner.map_period": 0.3, "controller.k_p": 1.5}),
         ("/a/b", {"mocap.subject": "all"}),

@@ -122,7 +122,7 @@ def _entries(prefix: str, content: Mapping[str, Any]) -> Iterator[tuple[str, Any
 
 def _of_namespace(sections: list[tuple[str, dict[str, Any]]], namespace: str) -> Iterator[tuple[str, dict[str, Any]]]:
     """The sections that are for a node of a namespace, such as "/robot1" or ""."""
-    used = 0
+    used, of_the_root = 0, ""
     for node, parameters in sections:
         *spaces, name = node.strip("/").split("/")
         pattern = "".join(_WILDCARDS.get(token, f"/{re.escape(token)}") for token in (*spaces, name))
@@ -133,7 +133,10 @@ def _of_namespace(sections: list[tuple[str, dict[str, Any]]], namespace: str) ->
             yield node, parameters
         elif not spaces:
             _check_node(node)
-            raise ParameterError(f"{node}: no node of {namespace} has this name, expected {namespace}/{name}")
+            of_the_root = of_the_root or name
+    if not used and of_the_root:
+        got = f"/{of_the_root}: no node of {namespace} has this name"
+        raise ParameterError(f"{got}, expected {namespace}/{of_the_root}")
     if not used:
         ours = f"{namespace}/** or {_EVERY_NODE}" if namespace else _EVERY_NODE
         raise ParameterError(f"no section is for nodes of {namespace or '/'}, expected {ours}")
