@@ -592,6 +592,7 @@ def test_a_speed_that_cannot_be_asks_for_the_stamps():
         (0.001, 1.0, "0.001 s of stamps in 1.00 s"),
         (1000.0, 1.0, "header.stamp"),
         (0.4, 1.0, "0.4 s"),
+        (1.0, 2.0, "1 s of stamps in 2.00 s"),
         (2.5, 1.0, "2.5 s"),
     ],
 )

@@ -8,7 +8,7 @@ from collplan_core.sensing.six_degrees import TILT, YAW
 
 CLOCK = "clock"
 """Reason given beside accepted poses whose stamps do not run as time does."""
-CLOCK_RATIO = 2.0
+CLOCK_RATIO = 1.5
 """Stamps that run faster or slower than this multiple of the local time cannot be seconds."""
 
 

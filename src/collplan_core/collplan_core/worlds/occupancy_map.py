@@ -52,6 +52,8 @@ def as_world_file(mapping: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     *corner, yaw = numbers("origin", mapping["origin"], 3, "expected [x, y, yaw] [m, rad]")
     if not np.isfinite(corner).all():
         raise WorldError(f"origin: got x {corner[0]:g}, y {corner[1]:g}, expected finite numbers [m]")
+    if not np.isfinite(yaw):
+        raise WorldError(f"origin: got yaw {yaw:g}, expected 0")
     if not abs(yaw) < LEVEL:
         raise WorldError(f"origin: got yaw {yaw:g}, expected 0: turn the image")
     threshold, _ = (_share(key, mapping[key]) for key in ("occupied_thresh", "free_thresh"))

@@ -41,7 +41,7 @@ from collplan_ros.nodes.frame_broadcast import frame_broadcast
 
 GROUPS = (Robot, Mocap, Limits, Frames)
 LIVE = (Robot, Mocap, "limits.pose_age")
-STAMPS_WITHOUT_STATE, STAMPS_WITH_STATE = 1.0, 5.0
+STAMPS_WITHOUT_STATE, STAMPS_WITH_STATE = 1.0, 2.0
 """Times between two comparisons of the stamps with the local clock [s]. A node that stood still is not such a clock."""
 SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
