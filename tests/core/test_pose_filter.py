@@ -441,7 +441,7 @@ def bursts(n):
 
 
 def stalls(duration):
-    """As `bursts`, where each half second nothing comes for a time [s], and then all of it."""
+    """Times of receipt where a link stalls for a time [s] each half second, and then delivers all at once."""
     times = PERIOD * np.arange(3000)
     since = times % 0.5
     waits = np.where(since < duration, times - since + duration, times)
@@ -449,7 +449,7 @@ def stalls(duration):
 
 
 def uneven():
-    """As the receiver of a public report: a third of the intervals below a millisecond, a tenth above 50 ms."""
+    """Times of receipt in batches of random size: a third of the intervals below a millisecond, a tenth above 50 ms."""
     rng = np.random.default_rng(4)
     batches = rng.choice([1, 2, 3, 4, 5, 9], 3000)
     ends = np.repeat(np.cumsum(batches), batches)[:3000]

@@ -1,4 +1,4 @@
-"""What keeps bringup from starting: one sentence and exit code 2, before the first node."""
+"""Refusals of bringup to start: one sentence and exit code 2, before the first node."""
 
 import errno
 import os

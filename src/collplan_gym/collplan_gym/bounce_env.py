@@ -9,7 +9,7 @@ from gymnasium import spaces
 
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
-from collplan_core.sensing.pose_filter import SPEED_ALLOWANCE
+from collplan_core.sensing.impact_detection import top_speed
 from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.families import FAMILIES
@@ -65,10 +65,10 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
         self._family = FAMILIES.get(world) if isinstance(world, str) else None
         self._world = world if isinstance(world, World) or self._family else load_world(world)
         lidar, speed = self._settings.lidar, self._settings.robot.max_speed
-        n, far = lidar.n_beams, lidar.range_max
+        n, far, fastest = lidar.n_beams, lidar.range_max, 2.0 * top_speed(self._settings.robot)
         self.observation_space = spaces.Dict(
             scan=spaces.Box(0.0, far, (n,), np.float32),
-            velocity=spaces.Box(-2.0 * SPEED_ALLOWANCE * speed, 2.0 * SPEED_ALLOWANCE * speed, (2,), np.float32),
+            velocity=spaces.Box(-fastest, fastest, (2,), np.float32),
             goal=spaces.Box(-np.inf, np.inf, (2,), np.float32),
         )
         self.action_space = spaces.Box(-speed, speed, (2,), np.float32)

@@ -71,7 +71,7 @@ class DebouncedButton:
     since: float = math.inf
 
     def after(self, pressed: bool, now: float) -> "DebouncedButton":
-        """The grip after the button was seen pressed or released at `now` [s]."""
+        """The state after the button was seen pressed or released at `now` [s]."""
         since = math.inf if pressed else min(self.since, now)
         was_released = self.was_released or now - since >= RELEASED_FOR
         return DebouncedButton(was_released, pressed and was_released, since)

@@ -1,12 +1,12 @@
-"""Whether scans may be driven by, of which some were rejected."""
+"""Gate that stops the robot while scans are rejected."""
 
 REJECTED_IN_A_ROW = 2
-"""Number of scans refused in a row that stops the robot; a single one is left out."""
+"""Number of scans rejected in a row that stops the robot; a single one is left out."""
 PAUSE = 0.5
 """Time for which the robot stands after the last refusal, the first time [s]."""
 RECENT = 10.0
-"""Where it has to stand again within this time, it stands twice as long [s]: a robot at rest sees nothing of a delay,
-and would drive on into the next one."""
+"""Time after a stop within which another stop lasts twice as long [s]: a robot at rest sees nothing of a delay, and
+would drive on into the next one."""
 
 
 class ScanGate:

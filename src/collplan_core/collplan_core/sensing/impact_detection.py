@@ -91,14 +91,19 @@ class ImpactLaw(NamedTuple):
     most_speed: float
 
 
+def top_speed(robot: Robot) -> float:
+    """Returns the largest speed that poses of a robot may show, without their noise [m/s]."""
+    return SPEED_ALLOWANCE * robot.max_speed
+
+
 def impact_law(robot: Robot, mocap: Mocap) -> ImpactLaw:
     """The law for a robot and the motion capture that measures it."""
     # accelerations that swing within the window are no parabola
     noise = math.hypot(mocap.position_noise, robot.max_acceleration * mocap.impact_window**2 / 4)
     # what the wheels can make by swinging from one extreme to the other
     least = max(mocap.impact_speed, 2.0 * robot.max_acceleration * mocap.impact_window)
-    fastest = SPEED_ALLOWANCE * robot.max_speed
-    return ImpactLaw(mocap.impact_window, least, noise, ACCELERATION_SHARE * robot.max_acceleration, fastest)
+    deviation = ACCELERATION_SHARE * robot.max_acceleration
+    return ImpactLaw(mocap.impact_window, least, noise, deviation, top_speed(robot))
 
 
 class FittedImpact(NamedTuple):
@@ -152,19 +157,15 @@ def find_impact(times: np.ndarray, points: np.ndarray, law: ImpactLaw) -> Fitted
     near = coarse_fit.first_after
     fine = _Search(max(near - 1, first), min(near + 1, last), FINE, -math.inf)
     fine_fit = _likeliest_impact(times, points, fine, law)
-    if math.hypot(fine_fit.change_x, fine_fit.change_y) < law.least_change or not _is_a_walls(
-        times, points, fine_fit, law
-    ):
+    if math.hypot(fine_fit.change_x, fine_fit.change_y) < law.least_change:
         return NO_IMPACT
-    return fine_fit
+    return fine_fit if _is_made_by_a_wall(times, points, fine_fit, law) else NO_IMPACT
 
 
 @njit
-def _is_a_walls(times: np.ndarray, points: np.ndarray, fit: FittedImpact, law: ImpactLaw) -> bool:
+def _is_made_by_a_wall(times: np.ndarray, points: np.ndarray, fit: FittedImpact, law: ImpactLaw) -> bool:
     """Returns whether a wall can have made a change of velocity, and noise as large as what is left cannot."""
-    solved = _solved(
-        _normal_equations(times, points, fit.time, law.position_deviation / law.acceleration_deviation, True)
-    )
+    solved = _fitted(times, points, fit.time, law, True)
     change = math.hypot(fit.change_x, fit.change_y)
     x, y = fit.change_x / change, fit.change_y / change
     before_x, before_y = solved[1, 5], solved[1, 6]
@@ -178,9 +179,7 @@ def _is_a_walls(times: np.ndarray, points: np.ndarray, fit: FittedImpact, law: I
     left = _left(times, points, fit.time, solved, True)
     for k in range(FEWEST_BEFORE, len(times)):
         time = 0.5 * (times[k - 1] + times[k])
-        stepped = _solved(
-            _normal_equations(times, points, time, law.position_deviation / law.acceleration_deviation, False)
-        )
+        stepped = _fitted(times, points, time, law, False)
         if _left(times, points, time, stepped, False) < LIKELIER * left:
             return False
     # few poses alone do not say how noisy they are
@@ -214,19 +213,24 @@ def _row(t: float, kinks: bool) -> tuple[float, float, float, float, float]:
 @njit
 def _likeliest_impact(times: np.ndarray, points: np.ndarray, search: _Search, law: ImpactLaw) -> FittedImpact:
     """The time with the largest score; NO_IMPACT where none was tried."""
-    stiffness = law.position_deviation / law.acceleration_deviation
     best = NO_IMPACT
     for after in range(search.last, search.first - 1, -1):
         for part in range(search.parts):
             time = times[after] - (part + 0.5) / search.parts * (times[after] - times[after - 1])
             if time < search.earliest:
                 return best
-            solved = _solved(_normal_equations(times, points, time, stiffness, True))
+            solved = _fitted(times, points, time, law, True)
             change_x, change_y = solved[2, 5], solved[2, 6]
             score = math.sqrt((change_x**2 + change_y**2) / solved[2, 7]) / law.position_deviation
             if score > best.score:
                 best = FittedImpact(score, after, time, solved[0, 5], solved[0, 6], change_x, change_y)
     return best
+
+
+@njit
+def _fitted(times: np.ndarray, points: np.ndarray, time: float, law: ImpactLaw, kinks: bool) -> np.ndarray:
+    """The solved normal equations of an impact at a time [s], or of a step of the position where it is no kink."""
+    return _solved(_normal_equations(times, points, time, law.position_deviation / law.acceleration_deviation, kinks))
 
 
 @njit

@@ -27,10 +27,10 @@ import numpy as np
 from collplan_core.parameters import Mocap, Settings
 from collplan_core.sensing.impact_detection import (
     IMPACT_REACH,
-    SPEED_ALLOWANCE,
     DetectedImpact,
     FittedImpact,
     detected_impact,
+    top_speed,
 )
 from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
 from collplan_core.sensing.pose_track import FittedMotion, track_law, with_pose, with_pose_judged
@@ -213,7 +213,7 @@ def filter_pose(
 def speed_limit(settings: Settings) -> float:
     """Returns the largest speed that poses may show, noise included [m/s]."""
     mocap = settings.mocap
-    return SPEED_ALLOWANCE * settings.robot.max_speed + CERTAIN * mocap.position_noise / mocap.velocity_window
+    return top_speed(settings.robot) + CERTAIN * mocap.position_noise / mocap.velocity_window
 
 
 def warm_up() -> None:
@@ -275,7 +275,7 @@ def _disagreement(track: Track, sample: PoseSample, received: float, settings: S
     # a stamp that runs ahead of the local clock buys no distance
     silence = min(sample.stamp - newest.stamp, received - track.received + settings.limits.pose_age)
     mocap = settings.mocap
-    reach = SPEED_ALLOWANCE * settings.robot.max_speed * max(silence, 0.0) + mocap.leap_margin
+    reach = top_speed(settings.robot) * max(silence, 0.0) + mocap.leap_margin
     # once the wheels are commanded zero, a spin does not last
     turned = not turns(sample.yaw - newest.yaw, min(silence, settings.limits.pose_age), mocap)
     # where the heading alone is wrong, so is the centre that was computed with it

@@ -1,4 +1,4 @@
-"""Why a pose was refused, in words: what came, what was expected, and the parameter to look at."""
+"""Reasons for refused poses in words: what came, what was expected, and the parameter to look at."""
 
 import math
 
@@ -58,8 +58,9 @@ def _too_fast(sample: PoseSample, before: FilterMemory, settings: Settings, show
     times = before.track.times[before.track.times >= sample.stamp - settings.mocap.velocity_window]
     span = sample.stamp - float(times[0]) if len(times) else 0.0
     limit = speed_limit(settings)
-    found = f"{len(times) + 1} poses within {1000.0 * span:.1f} ms move at {shown:.2f} m/s"
-    if shown <= limit:
+    if shown > limit:
+        found = f"{len(times) + 1} poses within {1000.0 * span:.1f} ms move at {shown:.2f} m/s"
+    else:
         found = f"poses moved faster than {limit:.2f} m/s less than {settings.mocap.relocation_time:g} s ago"
     return f"{found}, expected at most {limit:.2f}: does the receiver stamp at receipt (mocap.rate)? mocap.units?"
 

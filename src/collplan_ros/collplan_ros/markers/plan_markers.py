@@ -1,8 +1,8 @@
 """Markers of a planning cycle for RViz and Foxglove, in the map frame: one per namespace, replaced in each cycle.
 
 Every strategy shows robot, goal and scan, free space, frontiers, predicted boundaries, the cheapest candidates coloured
-by cost, the choice, the plan, its foreseen contacts and rebounds; time-to-goal strategies also
-rollouts and memory.
+by cost, the choice, the plan, its foreseen contacts and rebounds; time-to-goal strategies also rollouts
+and memory.
 """
 
 from collections.abc import Iterable, Sequence

@@ -88,6 +88,9 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
 
 def suspiciously_near(message: Any, taken: ScanInput) -> str:
     """Returns what is suspicious about the ranges below range_min in a LaserScan; "" where they are few."""
+    measured, floor = np.asarray(message.ranges), max(message.range_min, taken.codes_below)
+    if not ((measured >= 0.0) & (measured <= floor)).any():  # as of nearly every scan: nothing is read again
+        return ""
     ranges = _ranges(message, taken)
     angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
     used = ranges[~is_masked(angles, taken.masked_angles)]

@@ -1,4 +1,4 @@
-"""Whether nodes can start and meet on this machine."""
+"""Checks that nodes can start and meet on this machine."""
 
 import socket
 from collections.abc import Mapping

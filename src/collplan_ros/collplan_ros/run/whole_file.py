@@ -11,8 +11,10 @@ from collplan_ros.run.run_error import RecordError
 def has_end(path: Path) -> bool:
     """Returns whether a text file is there and ends with its last line."""
     try:
-        return path.read_bytes().endswith(b"\n")
-    except OSError:
+        with path.open("rb") as file:
+            file.seek(-1, os.SEEK_END)
+            return file.read() == b"\n"
+    except OSError:  # an empty one has no last byte
         return False
 
 
