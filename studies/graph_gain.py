@@ -1,7 +1,7 @@
-"""What is left of the gain of a bounce through the graph: runs in processes beside trials without ROS.
+"""What is left of the gain of a bounce through the graph: runs of bringup beside trials without ROS.
 
-    make graph-gain                        # 12 worlds of each family, 2 runs each, in lockstep
-    make graph-gain ARGS="--real-time"     # the same in real time, on a machine that does nothing else
+    make graph-gain                        # 12 worlds of each family, 2 runs each, in one process
+    make graph-gain ARGS="--real-time"     # in processes and real time, on a machine that does nothing else
     make graph-gain ARGS="--worlds 2 --seeds 1"
 
 A trial and a run of bringup for each world, seed and strategy, with equal parameters: the spread of the rebound is that
@@ -69,7 +69,7 @@ class Case(NamedTuple):
     seed: int
     strategy: str
     kind: str
-    lockstep: bool
+    one_process: bool
 
     def __str__(self) -> str:
         return f"{self.world} {self.strategy} seed {self.seed}, {self.kind}"
@@ -80,11 +80,11 @@ def case_of(row: dict[str, Any]) -> Case:
     return Case(*(row[key] for key in Case._fields))
 
 
-def cases(worlds: int, seeds: int, lockstep: bool) -> Iterator[Case]:
+def cases(worlds: int, seeds: int, one_process: bool) -> Iterator[Case]:
     """All runs with so many worlds of each family and so many seeds; those compared follow one another."""
     for first, family, seed in product(range(FIRST_WORLD, FIRST_WORLD + worlds), FAMILIES, range(seeds)):
         for kind, strategy in KINDS:
-            yield Case(f"{family}:{first}", seed, strategy, kind, lockstep)
+            yield Case(f"{family}:{first}", seed, strategy, kind, one_process)
 
 
 def row_of(case: Case, folders: Path) -> dict[str, Any]:
@@ -101,14 +101,14 @@ def trial(case: Case) -> dict[str, Any]:
 
 
 def through_graph(case: Case, folder: Path) -> dict[str, Any]:
-    """The run in processes."""
+    """The run of bringup."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     parameters, said, summary = folder / "spread.yaml", folder / "bringup.txt", folder / "latest" / "summary.json"
     write_values(VALUES, parameters)
     given = ["--world", case.world, "--seed", str(case.seed), "--strategy", case.strategy, "--params", str(parameters)]
     program = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(folder)]
-    code = exit_code([*program, *given, *([] if case.lockstep else ["--real-time"])], said)
+    code = exit_code([*program, *given, *([] if case.one_process else ["--processes"])], said)
     if code not in ENDED or not summary.exists():
         raise SystemExit(f"{case}: bringup ended with {code}: {said.read_text(errors='replace')[-2000:]}")
     found = json.loads(summary.read_text())
@@ -235,7 +235,7 @@ def _middle_and_end(values: np.ndarray) -> tuple[float | None, float | None]:
     return (float(np.median(values)), float(np.quantile(values, 0.99))) if len(values) else (None, None)
 
 
-def results(rows: Sequence[dict[str, Any]], lockstep: bool) -> dict[str, Any]:
+def results(rows: Sequence[dict[str, Any]], one_process: bool) -> dict[str, Any]:
     """What graph_gain.json holds: gains and share [%], delays [ms]."""
     in_trials, in_graph, left = gains(rows)
     graph = [row for row in rows if row["kind"] == GRAPH]
@@ -252,7 +252,7 @@ def results(rows: Sequence[dict[str, Any]], lockstep: bool) -> dict[str, Any]:
         "missed_ticks": sum(row["missed_ticks"] for row in graph),
         "runs": len(graph),
         "reached": sum(row["outcome"] == REACHED for row in graph),
-        "lockstep": lockstep,
+        "one_process": one_process,
     }
 
 
@@ -260,8 +260,8 @@ def _times(rows: Sequence[dict[str, Any]]) -> list[np.ndarray]:
     """(n, 4) arrival times [s] in each world, in the order of KINDS, with the n seeds with which all four arrived."""
     reached = {case_of(row): row["time"] for row in rows if row["outcome"] == REACHED}
     found: dict[str, list[list[float]]] = {}
-    for world, seed, lockstep in dict.fromkeys((row["world"], row["seed"], row["lockstep"]) for row in rows):
-        four = [Case(world, seed, strategy, kind, lockstep) for kind, strategy in KINDS]
+    for world, seed, one_process in dict.fromkeys((row["world"], row["seed"], row["one_process"]) for row in rows):
+        four = [Case(world, seed, strategy, kind, one_process) for kind, strategy in KINDS]
         if all(case in reached for case in four):
             found.setdefault(world, []).append([reached[case] for case in four])
     return [np.array(each) for each in found.values()]
@@ -275,10 +275,10 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=2, help="seeds of the noise in each world (default 2)")
     parser.add_argument("--real-time", action="store_true", help="simulated time does not wait for nodes that are late")
     given = parser.parse_args(args)
-    out, lockstep = JsonLines(given.out), not given.real_time
+    out, one_process = JsonLines(given.out), not given.real_time
     there = {case_of(row) for row in out.records()}
     folders = given.out.with_name(f"{given.out.stem}_runs")
-    wanted = list(cases(given.worlds, given.seeds, lockstep))
+    wanted = list(cases(given.worlds, given.seeds, one_process))
     try:
         for number_of, case in enumerate(wanted, start=1):
             if case not in there:
@@ -290,7 +290,7 @@ def main(args: Sequence[str] | None = None) -> int:
         return 130
     rows = [row for row in out.records() if case_of(row) in set(wanted)]
     found = given.out.with_suffix(".json")
-    found.write_text(json.dumps(results(rows, lockstep), indent=2) + "\n")
+    found.write_text(json.dumps(results(rows, one_process), indent=2) + "\n")
     print(markdown(gain_table(rows), stage_table(rows)))
     print("\n".join(f"{case_of(row)}: {row['outcome']}" for row in rows if row["outcome"] != REACHED))
     print(f"written to {found}")

@@ -10,8 +10,10 @@ from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.writer import RECORDING
 
 PATIENCE = 100.0
-SLOWLY = ("--max-speed", "0.3", "--no-pictures")
+SLOWLY = ("--max-speed", "0.3", "--no-pictures", "--real-time")
 """Options of a run that a test ends: it does not reach its goal before a busy machine has looked at it."""
+IN_PROCESSES = (*SLOWLY, "--processes")
+"""The same with a process for each node."""
 NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
 
 

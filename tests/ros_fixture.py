@@ -1,7 +1,8 @@
 """The fixture `ros`: a graph of its own for one test, in this process.
 
 Nothing runs in the background: nodes, timers and callbacks advance while the test waits in `wait_until` or `spin`, in
-the test's own thread, so a test reads what callbacks write without locks.
+the test's own thread, so a test reads what callbacks write without locks. A simulated robot whose speed_factor is 0
+lets time pass pose by pose, once no node has anything left to do.
 """
 
 import gc
@@ -26,6 +27,7 @@ class RosGraph:
         rclpy.init(context=self.context)
         self._executor = events_executor(self.context)
         self._nodes: list[Any] = []
+        self._robot: Any = None
         self.probe = self.add(rclpy.create_node("probe", context=self.context))
 
     def add(self, node: N) -> N:
@@ -42,6 +44,8 @@ class RosGraph:
         """Ends a node as if its process had ended."""
         self._executor.remove_node(node)
         self._nodes.remove(node)
+        if node is self._robot:
+            self._robot = None
         # the executor lets go of it when what came before is done
         assert self.wait_until(self._executor.create_task(lambda: None).done)
         node.destroy_node()
@@ -56,7 +60,14 @@ class RosGraph:
         from rclpy.parameter import Parameter
 
         overrides = [Parameter(name, value=value) for name, value in (parameters or {}).items()]
-        return self.add(node_class(context=self.context, parameter_overrides=overrides, **kwargs))
+        node: Any = self.add(node_class(context=self.context, parameter_overrides=overrides, **kwargs))
+        if not hasattr(node, "grant"):
+            return node
+        if node.get_parameter("simulator.speed_factor").value:
+            node.start()
+        else:
+            self._robot = node
+        return node
 
     def listen(self, message_type: type, topic: str, qos: Any = 10) -> list[Any]:
         """A list that grows by every message the probe receives."""
@@ -91,8 +102,18 @@ class RosGraph:
         while not condition():
             if clock() > end:
                 return False
-            self._executor.spin_once(timeout_sec=0.02)
+            self._step()
         return True
+
+    def _step(self) -> None:
+        if self._robot is None:
+            self._executor.spin_once(timeout_sec=0.02)
+            return
+        from collplan_ros.node_kit.events_executor import run_all_due
+
+        self._robot.grant()
+        while run_all_due(self._executor, self._nodes):
+            pass
 
     def spin(self, duration: float) -> None:
         """Runs the nodes for so long [s]: to show that something does not happen."""

@@ -74,12 +74,11 @@ def test_a_machine_is_too_slow_by_its_factor_or_by_a_gap_that_a_command_does_not
     table = [
         (Timing(), 1.0, []),
         (Timing(0.97, 0.19), 1.0, []),
-        (Timing(0.43, 0.34, "planner_node"), 1.0, ["0.43", "0.34", "planner_node"]),
+        (Timing(0.43, 0.34), 1.0, ["0.43", "0.34"]),
         (Timing(None, 2.04), 1.0, ["2.04"]),
         # slow motion is not the machine's fault; at its pace a command is as old as it looks
         (Timing(0.5, 0.35), 0.5, []),
         (Timing(0.45, 0.1), 0.5, ["0.45"]),
-        (Timing(0.9, 1.01, "planner_node"), 1.0, ["planner_node did not run", "1.01"]),
         # faster than real time is more than a real robot asks for
         (Timing(1.2, 0.05), 4.0, []),
     ]

@@ -32,8 +32,7 @@ class Graph:
         self.ros = ros
         clock = {"use_sim_time": True}
         shared = {**clock, **{key.replace("__", "."): value for key, value in parameters.items()}}
-        lockstep = {"simulator.speed_factor": 0.0, "simulator.lockstep": True}
-        simulation = {"simulator.world": world, "simulator.seed": 3, **lockstep}
+        simulation = {"simulator.world": world, "simulator.seed": 3, "simulator.speed_factor": 0.0}
         self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
         self.commands = ros.listen(Twist, "cmd_vel", NEWEST)
         self.plans = ros.listen(Path, "plan", NEWEST)

@@ -29,13 +29,13 @@ STAMPED = {**CLOCK, "controller.stamped_cmd_vel": True}
 
 
 class SimulatedHall:
-    """The graph without a planner, and what it says, in lockstep, as fast as the graph can."""
+    """The graph without a planner, and what it says, in simulated time that waits for it."""
 
     def __init__(self, ros, folder) -> None:
         self.ros = ros
         world = folder / "hall.yaml"
         save_world(hall(), world)
-        speed = {"simulator.world": str(world), "simulator.speed_factor": 0.0, "simulator.lockstep": True}
+        speed = {"simulator.world": str(world), "simulator.speed_factor": 0.0}
         self.simulator = ros.make(SimulatorNode, {**STAMPED, **speed})
         ros.make(MocapNode, CLOCK)
         ros.make(LidarNode, {**CLOCK, "lidar.world": str(world)})

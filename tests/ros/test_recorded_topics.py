@@ -16,7 +16,7 @@ from collplan_ros.run.topics import SPARSE, recorded_topics
 SOURCES = Path(__file__).parents[2] / "src"
 TOPICS = recorded_topics(Settings())
 WHERE_TF2_MSGS_IS_INSTALLED = {"/tf"}
-ONLY_WITH_SIMULATED_TIME = {"/clock", "lockstep"}
+ONLY_WITH_SIMULATED_TIME = {"/clock"}
 
 
 def test_every_topic_that_is_published_is_recorded():

@@ -43,7 +43,7 @@ class Recording:
 
     def __init__(self, namespace: str = "/") -> None:
         self.listened = defaultdict(list)
-        self._builder = LogBuilder(Settings(), namespace)
+        self._builder = LogBuilder(Settings())
         # by the steady clock the recorder begins at 0
         times = SendTimes(lambda: WALL_CLOCK, lambda: 0.0)
         self.recorder = Recorder(self, Settings(), self._mark, times, namespace)

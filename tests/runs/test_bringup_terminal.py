@@ -2,7 +2,9 @@
 
 import itertools
 import shlex
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -58,6 +60,7 @@ class FakeDriver:
 
     def __init__(self, *outcomes: str) -> None:
         self.outcomes, self.did, self.looks = iter(outcomes), [], itertools.count()
+        self.graph = SimpleNamespace(now=time.monotonic)
 
     def drive(self, goal):
         for outcome in self.outcomes:

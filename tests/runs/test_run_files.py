@@ -35,15 +35,14 @@ def test_all_files_are_written(tmp_path):
     folder = RunFolder(tmp_path / "runs", Settings())
     folder.become_latest()
     log = bouncing_run()
-    log.longest_wait = 0.34, "planner_node"
     results = write_results(run_in(folder, log), PREPARED, "reached", "a reason")
     assert not any(PICTURE in why for why in make_pictures(run_in(folder, log), results, PREPARED))
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert (summary["simulated"], summary["reason"]) == (True, "a reason")
     assert summary["assumed"]["robot.radius"] == RADIUS
-    assert (summary["real_time_factor"], summary["longest_gap_s"]) == (pytest.approx(1.0), 0.34)
-    assert "too slow" in summary["machine"]
+    assert (summary["real_time_factor"], summary["longest_gap_s"]) == (pytest.approx(1.0), pytest.approx(0.05))
+    assert summary["machine"] == ""
     (impact,) = csv.DictReader((latest / "impacts.csv").open())
     assert (impact["foreseen"], impact["deliberate"]) == ("true", "true")
     assert float(impact["t"]) == pytest.approx(HIT_AT - 0.153, abs=1e-5)

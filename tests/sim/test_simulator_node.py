@@ -12,12 +12,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import TimeReference
 from serial_robot import HALL
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError
-from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, EVERY_ONE, NEWEST, POSE_SUBSCRIBED
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
@@ -103,27 +101,11 @@ def test_at_another_speed_it_publishes_the_clock_its_stamps_are_in(bench):
     assert periods.min() == pytest.approx(1.0)
 
 
-def test_in_lockstep_time_waits_for_a_node_that_has_reported_until_patience_ends(bench):
-    """Nothing passes beyond the time reported, its lateness and the period of the poses; factor 0 hurries there."""
-    b = bench(**{"simulator.lockstep": True, "simulator.speed_factor": 0.0, "simulator.patience": 0.5})
-    reports = b.ros.publisher(TimeReference, "lockstep", EVENT)
-
-    def report(until: float) -> None:
-        reports.publish(TimeReference(source="/planner_node", time_ref=stamp_from_seconds(until)))
-
-    def now() -> float:
-        return seconds(b.heard["/clock"][-1].clock)
-
-    until = now() + 3.0
-    report(until)
-    b.until(lambda: now() > until)
-    times = set()
-    b.until(lambda: times.add(now()) or list(b.heard["/clock"]).count(b.heard["/clock"][-1]) > 5)
-    assert max(times) <= until + 0.03 + 0.025 + 1e-6
-    waited = now()
-    b.until(lambda: now() > waited + 0.2)  # patience has ended
-    report(now() + 60.0)
-    b.until(lambda: now() > waited + 3.0)
+def test_granted_time_passes_to_the_next_pose_that_is_measured_or_sent(bench):
+    b = bench(**{"simulator.speed_factor": 0.0, "simulator.mocap_latency": 0.005})
+    b.until(lambda: len(b.heard["mocap/pose"]) > 3)
+    times = [seconds(clock.clock) for clock in b.heard["/clock"][-6:]]
+    assert np.diff(times) == pytest.approx(np.full(5, 0.005), abs=1e-4)
 
 
 def test_what_it_cannot_simulate_is_an_error(ros, tmp_path):
@@ -149,6 +131,7 @@ sys.exit(main())
         ("node.simulator_node", "simulator.engine:=mujoco", "mujoco-core"),
         ("emulator.firmware_emulator", "simulator.engine:=mujoco", "mujoco-core"),
         ("node.simulator_node", "simulator.world:=nowhere", "nowhere"),
+        ("node.simulator_node", "simulator.speed_factor:=0.0", "speed_factor"),
     ],
 )
 def test_what_is_not_there_is_one_line_and_code_2(module, option, why):

@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from bringup_process import NODES, SLOWLY, Run, nodes_of, wait_for
+from bringup_process import IN_PROCESSES, NODES, SLOWLY, Run, nodes_of, wait_for
 
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
@@ -76,7 +76,7 @@ def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path
     def at_speed(factor: float) -> list[str]:
         path = tmp_path / f"{factor}.yaml"
         write_values({"simulator.speed_factor": factor}, path)
-        return ["--no-pictures", "--world", "slalom", "--params", str(path)]
+        return ["--no-pictures", "--processes", "--world", "slalom", "--params", str(path)]
 
     with (
         Run(tmp_path / "one", "--namespace", "robot1", *at_speed(0.25)) as one,
@@ -91,10 +91,11 @@ def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path
         assert list(raw_messages(recording, ["clock"]))
 
 
-def test_ctrl_c_stops_everything_in_order(tmp_path):
-    with Run(tmp_path / "runs", *SLOWLY) as run:
+@pytest.mark.parametrize(("options", "nodes"), [(SLOWLY, set()), (IN_PROCESSES, NODES)])
+def test_ctrl_c_stops_everything_in_order(tmp_path, options, nodes):
+    with Run(tmp_path / "runs", *options) as run:
         wait_for(run.moving)
-        assert nodes_of(run.out).keys() == NODES
+        assert nodes_of(run.out).keys() == nodes
         run.process.send_signal(signal.SIGINT)
         assert run.end() == 128 + signal.SIGINT, run.text
     assert nodes_of(run.out) == {}
@@ -109,7 +110,7 @@ OTHERS = [pytest.param(node, marks=pytest.mark.soak) for node in sorted(NODES - 
 
 @pytest.mark.parametrize("node", ["planner_node", *OTHERS])
 def test_a_node_that_dies_is_named_and_ends_the_run(tmp_path, node):
-    with Run(tmp_path / "runs", *SLOWLY) as run:
+    with Run(tmp_path / "runs", *IN_PROCESSES) as run:
         wait_for(run.moving)
         os.kill(nodes_of(run.out)[node], signal.SIGKILL)
         assert run.end() == 3, node
@@ -121,7 +122,7 @@ def test_a_node_that_dies_is_named_and_ends_the_run(tmp_path, node):
 @pytest.mark.soak
 def test_no_node_outlives_a_bringup_killed_at_any_moment_of_its_start(tmp_path):
     for k in range(10):
-        with Run(tmp_path / f"runs_{k}", "--no-pictures") as run:
+        with Run(tmp_path / f"runs_{k}", "--no-pictures", "--processes") as run:
             wait_for(lambda run=run: (run.out / "latest").is_symlink())
             time.sleep(0.008 * k)
             run.process.kill()

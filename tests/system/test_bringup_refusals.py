@@ -16,6 +16,7 @@ from collplan_ros.bringup import preparation, processes
 from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, run
 from collplan_ros.bringup.network import RANGE, environment_set
+from collplan_ros.bringup.node_logs import NodeLogs
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import Processes
 
@@ -145,7 +146,7 @@ def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_de
     )
     polite = "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: sys.exit(print(time.time())));"
     polite += "print('up', flush=True); time.sleep(60)"
-    nodes = Processes(tmp_path)
+    nodes = Processes(NodeLogs(tmp_path))
     for name, code in (("device", polite), ("other", polite), ("stubborn", stubborn), ("controller", polite)):
         nodes.start(name, [sys.executable, "-c", code])
     deadline = time.monotonic() + 10.0

@@ -11,7 +11,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.clock import Clock, ClockType
 from rclpy.serialization import serialize_message
 
 from collplan_core.calibration.body_motions import MotionEstimate
@@ -133,13 +132,11 @@ class Runaway:
         self.node = SimpleNamespace(
             create_publisher=lambda *_: self,
             create_subscription=lambda kind, topic, take, profile, raw: self._takes(take),
-            get_fully_qualified_name=lambda: "/bringup",
         )
         self.pose, self.commanded = PoseRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), []
-        self.local_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.recorder = SimpleNamespace(robot_waits="", held="", status=lambda name: DiagnosticStatus())
         self.preparation = SimpleNamespace(settings=PATIENT, robot=ROBOTS["sim"])
-        self.listener = self
+        self.listener, self.stepped = self, None
         self._time, self._stall = 0.0, stall
 
     def local_time(self):
@@ -217,11 +214,12 @@ class Stopwatch:
     def now(self):
         return self.time
 
-    def commanded(self, time):
-        self.allowed = time + 0.055
+    def publish(self, command):
+        self.sent.append(command)
+        self.allowed = self.time + 0.055
 
     def paced(self):
-        return PacedCommands(self.sent.append, 0.05, self.now, commanded=self.commanded)
+        return PacedCommands(self.publish, 0.05, self.now, lambda: None)
 
     def run_until(self, end, condition=lambda: True):
         """Goes on by 10 ms at a time, as far as the next command is not due, and waits there for a condition."""

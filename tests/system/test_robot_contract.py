@@ -1,4 +1,4 @@
-"""One contract for every robot: the simulated one, in lockstep, and the driver with firmware behind a serial line.
+"""One contract for every robot: the simulated one, and the driver with firmware behind a serial line.
 
 What stands between `cmd_vel` and the robot's motion may differ; what the graph sees of it may not.
 """
@@ -25,7 +25,6 @@ from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NE
 from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
@@ -39,7 +38,7 @@ STANDING = 1e-3
 PATIENCE = 60.0
 SIMULATED, REAL = "simulator_node", "driver_node"
 ROBOTS = {SIMULATED: (SimulatorNode,), REAL: (DriverNode, FirmwareEmulator)}
-LOCKSTEP = {"use_sim_time": True, "simulator.lockstep": True, "simulator.speed_factor": 0.0}
+WAITING = {"use_sim_time": True, "simulator.speed_factor": 0.0}
 
 
 class Commander:
@@ -52,17 +51,14 @@ class Commander:
         clock = local_clock(self.node)
         self.publisher = self.node.create_publisher(kind, "cmd_vel", NEWEST)
         self._timer = self.node.create_timer(period, self._send, clock=clock)
-        self._turn = Turn(self.node, clock, lambda: 1e-9 * self._timer.time_until_next_call())
 
     def _send(self) -> None:
         if self.message is not None:
             self.publisher.publish(self.message)
-        self._turn.over()
 
     def falls_silent(self) -> None:
         """As a process that was killed: its publisher is listed on until its lease ends."""
         self._timer.cancel()
-        self._turn.end()
 
 
 class Robot:
@@ -73,7 +69,7 @@ class Robot:
         (folder / "hall.yaml").write_text(HALL)
         line = str(folder / "serial")
         own = {"simulator.world": str(folder / "hall.yaml"), "emulator.link": line, "driver.port": line}
-        in_time = LOCKSTEP if name == SIMULATED else {}
+        in_time = WAITING if name == SIMULATED else {}
         self.parameters = {**own, **in_time, "simulator.noise": 0.0, **parameters}
         self.kind = TwistStamped if parameters.get("controller.stamped_cmd_vel") else Twist
         self.health = {}
@@ -191,7 +187,7 @@ def robot(request, ros, tmp_path):
 
 @pytest.fixture
 def simulated(ros, tmp_path):
-    """The robot in lockstep alone, for what every robot has from one class and only a clock of its own can judge."""
+    """The simulated robot alone, for what every robot has from one class and only a clock of its own can judge."""
     return Robot(ros, tmp_path, SIMULATED)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bringup_process import SLOWLY, Run, nodes_of, wait_for
+from bringup_process import IN_PROCESSES, Run, nodes_of, wait_for
 
 from collplan_core.warm_up import warm_up
 from collplan_ros.bringup.main import run
@@ -64,7 +64,7 @@ def test_a_run_that_is_over_is_canceled_and_recorded_until_the_robot_rests(tmp_p
 @pytest.mark.soak
 def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
     for node, outcome, code in (("planner_node", "stuck", 1), ("simulator_node", "graph_lost", 3)):
-        with Run(tmp_path / node, *SLOWLY) as run:
+        with Run(tmp_path / node, *IN_PROCESSES) as run:
             wait_for(run.moving)
             pid = nodes_of(run.out)[node]
             os.kill(pid, signal.SIGSTOP)
@@ -82,7 +82,7 @@ def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
 
 def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_it(tmp_path):
     """How much is lost: `make faults`."""
-    with Run(tmp_path / "runs", *SLOWLY) as run:
+    with Run(tmp_path / "runs", *IN_PROCESSES) as run:
         wait_for(run.moving)
         folder = (run.out / "latest").resolve()
         # one that is killed within its first second may leave nothing

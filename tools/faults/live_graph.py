@@ -5,7 +5,6 @@ import math
 import os
 import signal
 import tempfile
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -78,7 +77,7 @@ class LiveGraph(Graph, Bench):
         file = folder / "parameters.yaml"
         fenced = f"/**:\n  ros__parameters:\n    limits: {{fence: {list(FENCE)}}}\n"
         file.write_text(fenced, encoding="utf-8")
-        preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file, real_time=True))
+        preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file, processes=True))
         programs = {**preparation.programs, TELEOP: find_executable(TELEOP)}
         preparation = replace(preparation, programs=programs)
         run_folder = RunFolder(folder / "runs", preparation.settings)
@@ -111,11 +110,6 @@ class LiveGraph(Graph, Bench):
     def repeat(self, period: float, act: Callable[[], object] | None) -> None:
         """Calls `act` every `period` [s] from now on, while stepping; None ends it."""
         self._period, self._due, self._repeated = period, self.now(), act
-
-    @staticmethod
-    def now() -> float:
-        """The present time [s, steady clock]."""
-        return time.monotonic()
 
     def until(self, condition: Callable[[], object], patience: float) -> bool:
         """Steps until `condition()`, at most `patience` [s]; whether it holds."""

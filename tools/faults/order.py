@@ -84,7 +84,7 @@ def signalled(folder: Path, chance: Random) -> Measured:
 
 def between_goals(folder: Path) -> Measured:
     """Half an hour to and fro on busy cores: bringup's memory, and stops by the planner's heartbeat."""
-    options = Options(world="l_corridor", strategy="bounce", out=folder / "runs", pictures=False, real_time=True)
+    options = Options(world="l_corridor", strategy="bounce", out=folder / "runs", pictures=False, processes=True)
     sizes: list[int] = []
     stops: list[str] = []
     with ExitStack() as stack:

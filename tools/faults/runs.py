@@ -66,7 +66,7 @@ class RunEnds(Bench):
         folder = Path(self._temporary.name)
         (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
         self._bringup = Bringup(
-            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False, real_time=True),
+            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False, processes=True),
             Progress(io.StringIO()),
         )
 

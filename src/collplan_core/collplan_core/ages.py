@@ -102,17 +102,13 @@ class StallGuard:
         self.count = 0
         self.ended = -math.inf
         self._limit = limit
-        self._last: tuple[float, ...] = ()
+        self._last = math.inf
 
-    def tick(self, *now: float) -> bool:
-        """Registers a tick; returns whether it ends a gap.
-
-        Args:
-            now: the time by a steady clock [s], and by others that may stand still meanwhile: a gap is one by all.
-        """
+    def tick(self, now: float) -> bool:
+        """Registers a tick at `now` [s]; returns whether it ends a gap."""
         last, self._last = self._last, now
-        gap = min((a - b for a, b in zip(now, last, strict=True)), default=0.0) if last else 0.0
+        gap = now - last
         if gap <= self._limit:
             return False
-        self.gap, self.count, self.ended = gap, self.count + 1, now[0]
+        self.gap, self.count, self.ended = gap, self.count + 1, now
         return True

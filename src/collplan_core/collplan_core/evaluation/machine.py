@@ -5,9 +5,6 @@ from dataclasses import dataclass
 ABOUT = 0.05
 """Share by which simulated time may run slower than it should and still count as on time."""
 
-STOOD = 0.5
-"""Wait for a node beyond which the node itself may have stood [s]."""
-
 
 @dataclass(frozen=True)
 class Timing:
@@ -15,13 +12,11 @@ class Timing:
 
     Attributes:
         factor: simulated seconds that passed in a second; None where it is not known, or the robot is not simulated.
-        gap: longest time without a command, or for which simulated time waited for a node [s, wall clock].
-        waited_for: the node that simulated time waited for; empty where `gap` is between two commands.
+        gap: longest time between two commands [s, wall clock].
     """
 
     factor: float | None = None
     gap: float = 0.0
-    waited_for: str = ""
 
 
 def pace_words(factor: float | None) -> str:
@@ -30,7 +25,7 @@ def pace_words(factor: float | None) -> str:
 
 
 def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> str:
-    """Returns a sentence that the machine is too slow for a real robot, or a node stood; empty where all kept up.
+    """Returns a sentence that the machine is too slow for a real robot; empty where all kept up.
 
     A simulation that is wanted slower than real time may be slow by as much, and one as fast as it can be is to be as
     fast as real time.
@@ -45,10 +40,6 @@ def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> 
     if not is_slow and timing.gap <= command_age / wanted:
         return ""
     found = [f"simulated time ran at {timing.factor:.2f} of real time"] if is_slow else []
-    if timing.waited_for:
-        found.append(f"longest wait {timing.gap:.2f} s for {timing.waited_for}")
-    elif timing.gap:
+    if timing.gap:
         found.append(f"longest gap between two commands {timing.gap:.2f} s")
-    stood = timing.waited_for and timing.gap > STOOD
-    who = f"{timing.waited_for} did not run, or this machine" if stood else "this machine"
-    return f"{who} is too slow for a real robot, or busy: {', '.join(found)}"
+    return f"this machine is too slow for a real robot, or busy: {', '.join(found)}"

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from collplan_core.parameters import GROUPS, Settings, all_specs, unknown_key
+from collplan_core.parameters.groups import LOCKSTEP, WITHOUT_EFFECT
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
 
@@ -166,7 +167,9 @@ def _check_node(node: str) -> None:
 
 def _checked(parameters: dict[str, Any]) -> dict[str, Any]:
     known = all_specs()
-    ours = {key: value for key, value in parameters.items() if not is_ros_key(key)}
+    ours = {key: value for key, value in parameters.items() if not is_ros_key(key) and key not in WITHOUT_EFFECT}
+    if ours.pop(LOCKSTEP, False) is True:
+        ours["simulator.speed_factor"] = 0.0
     for key in ours:
         if key not in known:
             raise unknown_key(key)

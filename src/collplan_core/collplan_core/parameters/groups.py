@@ -327,12 +327,7 @@ class Simulation(Parameters):
     world: str = parameter("corridor", "World simulated: NAME, FILE or FAMILY:SEED")
     seed: int = parameter(0, "Seed of every random number", low=0, high=2**31 - 1)
     physics_rate: float = parameter(800.0, "Physics steps per second", unit="Hz", low=400.0, high=10000.0)
-    speed_factor: float = parameter(1.0, "Simulated seconds per second, 0 for as many as the graph allows in lockstep; other values than 1 require use_sim_time in all nodes", low=0.0, high=50.0)
-    lockstep: bool = parameter(False, "Simulated time waits for nodes that are late; requires use_sim_time in all nodes")
-    controller_lateness: float = parameter(0.01, "Simulated time by which a command may come after its control period has begun, in lockstep", unit="s", low=0.001, high=1.0)
-    planner_lateness: float = parameter(0.03, "Simulated time by which the planner may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
-    sensor_lateness: float = parameter(0.02, "Simulated time by which mocap_node and lidar_node may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
-    patience: float = parameter(1.0, "Longest wait for a late node, by the system's clock; then simulated time continues without it", unit="s", low=0.05, high=60.0)
+    speed_factor: float = parameter(1.0, "Simulated seconds per second; 0 where bringup runs all nodes in one process and time waits for them; other values than 1 require use_sim_time in all nodes", low=0.0, high=50.0)
     restitution: float = parameter(0.7, "True restitution of the ring (assumed)", low=0.0, high=1.0)
     restitution_slope: float = parameter(0.0, "How much the restitution falls with the speed into the wall", unit="s/m", low=0.0, high=0.5)
     restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from hit to hit", low=0.0, high=0.5)
@@ -361,12 +356,7 @@ class Simulation(Parameters):
     @property
     def publishes_clock(self) -> bool:
         """True where the simulator publishes /clock, which all nodes then follow."""
-        return self.lockstep or self.speed_factor != 1.0
-
-    @property
-    def pace(self) -> float:
-        """Simulated seconds that pass in one of real time; 0 where that varies."""
-        return 0.0 if self.lockstep else self.speed_factor
+        return self.speed_factor != 1.0
 
 
 @dataclass(frozen=True)
@@ -525,6 +515,9 @@ GONE = {
     "time_to_goal.limit_cost": "contacts faster than limits.impact_speed have no price, they are not planned",
 }
 """Removed parameters, and their replacements."""
+LOCKSTEP = "simulator.lockstep"
+WITHOUT_EFFECT = ("simulator.controller_lateness", "simulator.planner_lateness", "simulator.sensor_lateness", "simulator.patience")
+"""Removed parameters that changed no result. Files of version 1.0.0 hold them, and LOCKSTEP for a speed_factor of 0."""
 
 
 def all_specs() -> dict[str, Spec]:

@@ -26,19 +26,11 @@ class Complaints:
 
     @property
     def frozen(self) -> str:
-        """Returns the nodes that stopped reporting while their processes run, to append to a sentence; "" without any.
-
-        Where all report: the node that simulated time waited for until it went on without it.
-        """
+        """Nodes that stopped reporting while their processes run, to append to a sentence; "" without any."""
         silent = self._recorder.silent(LONGEST_SILENCE)
         names = {name: self._preparation.full_name(name) for name in self._preparation.programs}
         found = [f"{name} for {silent[full]:.1f} s" for name, full in names.items() if full in silent]
-        if found:
-            return f"; frozen: nothing on /diagnostics from {in_words(found)}"
-        lockstep = self._recorder.lockstep
-        if lockstep is None or lockstep.longest_wait <= self._preparation.settings.simulator.patience:
-            return ""
-        return f"; {lockstep.waited_for} did not run: simulated time waited {lockstep.longest_wait:.2f} s for it"
+        return f"; frozen: nothing on /diagnostics from {in_words(found)}" if found else ""
 
     @property
     def silent_nodes(self) -> list[str]:

@@ -1,6 +1,5 @@
 """One run on the graph: starts it, gives goals, monitors how they end, and reports why."""
 
-import time
 from collections.abc import Callable
 from itertools import cycle
 
@@ -93,8 +92,8 @@ class Bringup:
                 self.wait(lambda: not self.goal_is_active)
             elif outcome != REACHED:
                 say(self.reason(outcome))
-            end = time.monotonic() + PAUSE
-            self.wait(lambda: time.monotonic() > end)  # noqa: B023 (called in this lap)
+            end = self.graph.now() + PAUSE
+            self.wait(lambda: self.graph.now() > end)  # noqa: B023 (called in this lap)
 
     def drive(self, goal: np.ndarray | None = None) -> str:
         """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
@@ -130,17 +129,17 @@ class Bringup:
         # a pose of a while ago is not where the robot is now
         if begin is not None and pose.stamp >= begin and recorder.age <= LATE:
             distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
-            factor = recorder.lockstep.factor if recorder.lockstep else None
-            self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts, pace_words(factor))
+            pace = pace_words(recorder.real_time_factor)
+            self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts, pace)
 
     def come_to_rest(self) -> None:
         """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE.
 
         A goal that has not ended within CANCEL_PATIENCE is not waited for: leave the graph then, which stops the robot.
         """
-        graph, begun = self.graph, time.monotonic()
+        graph, begun = self.graph, self.graph.now()
         due = begun
-        while (now := time.monotonic()) < begun + REST_PATIENCE:
+        while (now := graph.now()) < begun + REST_PATIENCE:
             if self._goal_has_ended and graph.listener.at_rest:
                 return
             if not self._goal_has_ended:

@@ -1,6 +1,6 @@
 """Gives goals to the planner, and cancels them."""
 
-import time
+from collections.abc import Callable
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -17,8 +17,9 @@ PERIOD = 1.0
 class Goals:
     """Publisher of goals to the planner, which answers by the status of the goal."""
 
-    def __init__(self, node: Node, frame: str) -> None:
-        """Publishes through `node` goals in `frame`."""
+    def __init__(self, node: Node, frame: str, now: Callable[[], float]) -> None:
+        """Publishes through `node` goals in `frame`; `now` is the time for patience [s]."""
+        self._now = now
         self._frame = frame
         self._due = 0.0
         self._publisher = node.create_publisher(PoseStamped, "goal_pose", EVENT)
@@ -32,11 +33,11 @@ class Goals:
     def give(self, goal: np.ndarray, stamp: float) -> None:
         """Publishes a goal (2,) [m] with a stamp [s]."""
         self._publisher.publish(goal_to_message(goal, self._frame, stamp))
-        self._due = time.monotonic() + PERIOD
+        self._due = self._now() + PERIOD
 
     def repeat(self, goal: np.ndarray, stamp: float) -> None:
         """Publishes it again, once PERIOD is over."""
-        if time.monotonic() >= self._due:
+        if self._now() >= self._due:
             self.give(goal, stamp)
 
     def cancel(self) -> None:

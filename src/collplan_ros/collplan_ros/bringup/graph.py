@@ -1,9 +1,11 @@
-"""The running graph: one process per node, and bringup's own node, which subscribes to them and publishes the goal."""
+"""The running graph: its nodes, in processes or in this one, and bringup's own, which listens and gives the goal."""
 
+import gc
 import os
 import time
+import traceback
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import ExitStack, closing
 from typing import Any
 
@@ -12,16 +14,19 @@ from rclpy.client import Client
 
 from collplan_ros.bringup import complaints
 from collplan_ros.bringup.complaints import Complaints
-from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
+from collplan_ros.bringup.failures import GraphError, Interrupted, NodeDied, StartError
 from collplan_ros.bringup.goals import Goals
+from collplan_ros.bringup.hang_watch import Hangs, HangWatch
 from collplan_ros.bringup.listener import NAME, Listener
 from collplan_ros.bringup.network import environment_set, graph_environment
+from collplan_ros.bringup.node_logs import NodeLogs
 from collplan_ros.bringup.other_nodes import COMMANDS, other_commanders, seen_more_than
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.processes import Processes
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import COMMANDER, PLANNER, VIEWER
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.bringup.stepped_nodes import CLASSES, SteppedNodes
 from collplan_ros.bringup.words import in_words
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.run_log import PoseRow
@@ -30,6 +35,8 @@ COMMANDERS_PERIOD = 0.1
 """Period at which the publishers of commands are looked at [s]."""
 LISTENING_TIME = 0.5
 """Time within which other nodes in the domain are discovered [s]."""
+REPORT_PERIOD = 1.1
+"""Real time within which each node reports [s]."""
 LATE = 1.0
 """Age at which a pose no longer shows the robot's present state [s]."""
 CATCH_UP_PATIENCE = 5.0
@@ -43,7 +50,8 @@ class Graph:
 
     Attributes:
         preparation: the run to start.
-        processes: processes of the nodes.
+        processes: the nodes that have a process each.
+        stepped: the nodes in this process; None where there are none.
         progress: output for the user.
         is_ready: whether every node works; from then on the page may be missing, and no other node may command.
         listener, recorder, goals, complaints: once entered.
@@ -56,7 +64,9 @@ class Graph:
     def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
         """Prepares the graph, whose files go to `folder`; no process is started before entering."""
         self.preparation = preparation
-        self.processes = Processes(folder.logs)
+        self._logs = NodeLogs(folder.logs)
+        self.processes = Processes(self._logs)
+        self.stepped: SteppedNodes | None = None
         self.progress = progress
         self.is_ready = False
         self._folder = folder
@@ -75,11 +85,20 @@ class Graph:
             self.listener = stack.enter_context(closing(Listener(preparation, self._folder)))
             self.recorder, node = self.listener.recorder, self.listener.node
             self.complaints = Complaints(preparation, self.recorder, node)
-            self.goals = Goals(node, preparation.settings.frames.map)
+            self.goals = Goals(node, preparation.settings.frames.map, self.now)
             self._refuse_running_nodes()
             stack.callback(self._stop_nodes)
-            for name in preparation.programs:
+            here = [name for name in CLASSES if name in preparation.programs] if preparation.in_one_process else []
+            for name in preparation.programs.keys() - here:
                 self.processes.start(name, preparation.command(name, self._folder))
+            if here:
+                watch = HangWatch()
+                stack.enter_context(watch.watching())
+                self.stepped = SteppedNodes(*self.listener.spun, watch, self._died, preparation.in_real_time)
+                self.listener.spin_with(self.stepped, self._logs)
+                for name in here:
+                    self.stepped.start(name, preparation.arguments(name, self._folder))
+                gc.freeze()  # to look through what was compiled and imported for garbage takes a tenth of a second
             self._stack = stack.pop_all()
         return self
 
@@ -117,9 +136,10 @@ class Graph:
         Raises:
             GraphError: with `complaint()`, after `patience` [s].
         """
-        deadline = time.monotonic() + patience
+        deadline = self.now() + patience
         while not condition():
-            if time.monotonic() > deadline:
+            if self.now() > deadline:
+                self._hear_reports()
                 raise GraphError(complaint() + self.complaints.frozen)
             self.step()
 
@@ -136,6 +156,15 @@ class Graph:
         answer = client.call_async(request)
         self.wait(answer.done, complaints.INPUT_PATIENCE, lambda: f"{service}: no answer")
         return answer.result()
+
+    def now(self) -> float:
+        """The time for patience [s]."""
+        return self.listener.now()
+
+    def let_time_run(self) -> None:
+        """Lets simulated time pass from now on, where it waits for the nodes; before, it stands still."""
+        if self.stepped is not None:
+            self.stepped.let_time_run()
 
     def catch_up(self) -> None:
         """Steps until the newest pose is not LATE.
@@ -155,6 +184,12 @@ class Graph:
             return self.recorder.goal is not None
 
         self.wait(answered, complaints.INPUT_PATIENCE, self.complaints.no_planner)
+
+    def _hear_reports(self) -> None:
+        """Waits for the nodes' reports, which simulated time may have left behind."""
+        end = time.monotonic() + REPORT_PERIOD * (self.stepped is not None)
+        while time.monotonic() < end:
+            self.listener.take()
 
     def _check_nodes(self) -> None:
         """Checks that all nodes live, and once they are ready that no other one commands the robot."""
@@ -184,11 +219,26 @@ class Graph:
         are lost with their sender.
         """
         try:
-            self.processes.stop([COMMANDER])
+            self._stop([COMMANDER])
             self.listener.record_to_the_end()
-            self.processes.stop([PLANNER])
+            self._stop([PLANNER])
             self.listener.take_all()
         finally:
             for name in self.processes.stop_all(last=self.preparation.robot.nodes[1:]):
                 self.progress.say(f"{name} did not stop on request and was killed")
+            self._stop(self.preparation.programs)
             self.listener.take_all()
+
+    def _stop(self, names: Collection[str]) -> None:
+        self.processes.stop(names)
+        if self.stepped is not None:
+            self.stepped.stop(names)
+
+    def _died(self, name: str, error: BaseException) -> NodeDied:
+        """Writes what a node of this process has raised to its log, and prints the last lines of that."""
+        self._logs.append(name, "".join(traceback.format_exception(error)))
+        self.progress.say(self._logs.last_lines(name))
+        how = (
+            "hangs" if isinstance(error, Hangs) else f"ended by {type(error).__name__}: {' '.join(str(error).split())}"
+        )
+        return NodeDied(f"{name} {how}")

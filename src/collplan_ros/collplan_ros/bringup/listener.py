@@ -8,12 +8,15 @@ from functools import partial
 from threading import Lock
 
 from rclpy.context import Context
+from rclpy.executors import Executor
 
 from collplan_core.clock_steps import SendTimes
 from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.node_logs import NodeLogs
 from collplan_ros.bringup.preparation import REMAPPED, Preparation
 from collplan_ros.bringup.robots import LIDAR
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.bringup.stepped_nodes import SteppedNodes
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.events_executor import events_executor
 from collplan_ros.run.description import describe_run
@@ -50,6 +53,7 @@ class Listener:
         local_time: the time of that clock [s].
         recorder: the nodes' newest reports.
         silence: time without poses while messages were taken [s].
+        now: the time for patience [s].
 
     Raises:
         StartError: ROS does not start.
@@ -59,6 +63,8 @@ class Listener:
     def __init__(self, preparation: Preparation, folder: RunFolder) -> None:
         """Makes the node, and the recording in `folder`."""
         self.silence = 0.0
+        self.now: Callable[[], float] = time.monotonic
+        self._spin: Callable[[], None] = self._spin_a_moment
         self._may_be_more = False
         self._spinning = Lock()
         settings, context = preparation.settings, Context()
@@ -67,7 +73,8 @@ class Listener:
             clock = preparation.simulated_time if preparation.checks else []
             arguments = ["--ros-args", *REMAPPED, *clock]
             try:
-                context.init(args=[])
+                quietly = ["--ros-args", "--disable-stdout-logs"] if preparation.in_one_process else []
+                context.init(args=quietly)
                 self.node = PollingNode(NAME, context=context, namespace=preparation.namespace, cli_args=arguments)
             except RuntimeError as error:  # rcl's own, about its environment
                 raise StartError(f"ROS does not start: {' '.join(str(error).split())}") from None
@@ -90,18 +97,32 @@ class Listener:
             stack.callback(self._executor.shutdown)
             self.close = stack.pop_all().close
 
+    @property
+    def spun(self) -> tuple[PollingNode, Executor]:
+        """The node and its executor."""
+        return self.node, self._executor
+
+    def spin_with(self, nodes: SteppedNodes, logs: NodeLogs) -> None:
+        """Steps the nodes of this process in the place of its own, from now on; `logs` takes what they log."""
+        self.now, self._spin = nodes.now, nodes.step
+        self._topics.listen("/rosout", lambda message, _: logs.take(message))
+
     def take(self) -> None:
-        """Takes the messages that arrive in TAKING_PERIOD, or at once those received where they are many."""
-        newest, begun = self.recorder.newest, time.monotonic()
+        """Takes the messages that arrive in TAKING_PERIOD or until the next pose, or at once where they are many."""
+        newest, begun = self.recorder.newest, self.now()
+        self._spin()
+        self._may_be_more = self._topics.take()
+        waited = min(self.now() - begun, LONGEST_STEP)
+        self.silence = 0.0 if self.recorder.newest is not newest else self.silence + waited
+        if self._recording is not None:
+            self._recording.flush_when_due()
+
+    def _spin_a_moment(self) -> None:
+        begun = time.monotonic()
         with self._spinning:
             self._executor.spin_once(timeout_sec=0.0)
             while not self._may_be_more and (left := begun + TAKING_PERIOD - time.monotonic()) > 0.0:
                 self._executor.spin_once(timeout_sec=left)
-        self._may_be_more = self._topics.take()
-        waited = min(time.monotonic() - begun, LONGEST_STEP)
-        self.silence = 0.0 if self.recorder.newest is not newest else self.silence + waited
-        if self._recording is not None:
-            self._recording.flush_when_due()
 
     def take_all(self) -> None:
         """Takes all messages received until now, when no node sends any more."""
@@ -141,6 +162,6 @@ class Listener:
         return math.inf if pose is None else math.hypot(pose.vx, pose.vy)
 
     def _take_until(self, condition: Callable[[], bool], patience: float) -> None:
-        deadline = time.monotonic() + patience
-        while not condition() and self.silence < SILENCE and time.monotonic() < deadline:
+        deadline = self.now() + patience
+        while not condition() and self.silence < SILENCE and self.now() < deadline:
             self.take()

@@ -21,7 +21,6 @@ from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.status_values import values_of
-from collplan_ros.node_kit.turn import Turn
 
 HALTING_TIME = 0.6
 """Time within which the robot comes to rest [s]."""
@@ -58,10 +57,10 @@ class OpenLoop:
         self._settings = settings = graph.preparation.settings
         self.now = listener.local_time
         """The local clock [s]."""
-        self._turn = Turn(listener.node, listener.local_clock, lambda: 1.0 / settings.controller.rate)
         self._delay = SmallestDelay()
         self._publisher = listener.node.create_publisher(command_type(settings), COMMANDS, NEWEST)
         self._late_before = 0
+        self._is_commanding = False
         self._is_near: Callable[[PoseSample], bool] | None = None
         listener.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE, raw=True)
 
@@ -84,14 +83,13 @@ class OpenLoop:
         self._pass(0.0)
         self._late_before = self._late_commands - self.interruptions.refused
         try:
-            period, turn = 1.0 / self._settings.controller.rate, self._turn
-            # a simulation goes on until the next command is due
-            paced = PacedCommands(self._publish, period, self.now, self._listener.spin_meanwhile, turn.over)
-            with paced as self._commands:
+            go_on = self._listener.spin_meanwhile if self._graph.stepped is None else None
+            with PacedCommands(self._publish, 1.0 / self._settings.controller.rate, self.now, go_on) as self._commands:
+                self._is_commanding = True
                 self._pass(GREETING_TIME)
                 yield
         finally:
-            self._turn.end()
+            self._is_commanding = False
 
     def drive(
         self, velocity: tuple[float, float], yaw_rate: float, duration: float, is_near: Callable[[PoseSample], bool]
@@ -197,6 +195,8 @@ class OpenLoop:
         self.received.append(self.now())
         self._delay, _ = self._delay.measured(state.stamp, self.received[-1])
         self._watch(self.poses[-1])
+        if self._is_commanding and self._graph.stepped is not None:
+            self._commands.look()  # a command that is due: the next pose waits for it
 
     def _watch(self, pose: PoseSample) -> None:
         """Ends the present motion at a pose that is not near, else lets it go on; in whichever thread takes poses."""

@@ -13,7 +13,7 @@ from collplan_core.parameters import Settings, all_specs
 from collplan_core.planners import PLANNERS
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
-from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, LOCKSTEP, REAL, SIM, robot_kind
+from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, REAL, SIM, robot_kind
 from collplan_ros.node_kit.node_names import namespace_from
 
 DEFAULTS = Settings()
@@ -99,7 +99,10 @@ class Options:
         choices=(SIM, REAL),
     )
     real_time: bool = _option(
-        "--real-time", False, "do not make the simulation wait for late nodes (simulator.lockstep: false)"
+        "--real-time", False, "simulated time no faster than real time; with --view it is so anyway"
+    )
+    processes: bool = _option(
+        "--processes", False, "a process for each node of the simulated robot, in real time that waits for none"
     )
     check: bool = _option("--check", False, "check link, motion capture, axes and LIDAR, and find offsets; no run")
     yes: bool = _option("--yes", False, "with --check: move the robot without asking")
@@ -117,7 +120,6 @@ class Options:
             "lidar.seed": self.seed,
             "trial.timeout": self.timeout,
             "robot.max_speed": self.max_speed,
-            LOCKSTEP: False if self.real_time else None,
         }
         return {key: value for key, value in chosen.items() if value is not None}
 
@@ -132,7 +134,8 @@ class Options:
             "--scan": None if self.scan == SIM else self.scan,
         }
         given = {"--robot": self.robot, **where, **said}
-        return [word for option, value in given.items() if value is not None for word in (option, value)]
+        words = [word for option, value in given.items() if value is not None for word in (option, value)]
+        return [*words, *["--processes"] * self.processes]
 
 
 DESCRIPTION = """\

@@ -1,4 +1,7 @@
-"""Commands at a steady pace, from a thread of its own: whatever holds up the main thread makes no gap between them."""
+"""Commands at a steady pace, from a thread of its own: whatever holds up the main thread makes no gap between them.
+
+In simulated time that waits for them there is no thread.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +12,7 @@ from collplan_core.command import Command, stopped
 
 ZERO = stopped("check")
 LOOK = 0.002
-"""Period at which the clock is looked at [s]; it may be a simulation's, which nobody can wait for."""
+"""Period at which the thread looks at the clock [s]."""
 EARLY = 1e-6
 """Sums of decimal times must not decide whether a command is due [s]."""
 
@@ -51,19 +54,17 @@ class PacedCommands:
         publish: Callable[[Command], None],
         period: float,
         now: Callable[[], float],
-        go_on: Callable[[], None] = lambda: None,
-        commanded: Callable[[float], None] = lambda time: None,
+        go_on: Callable[[], None] | None = None,
     ) -> None:
         """Functions are called from either thread, never from both at once.
 
         Args:
             publish: sends a command.
             period: between two commands [s].
-            now: the clock [s]; it may be a simulation's, which goes on by messages and waits for commands.
-            go_on: takes the messages by which the clock goes on.
-            commanded: called after the command of a time [s] was sent.
+            now: the clock [s].
+            go_on: takes messages meanwhile, in the thread; without it there is no thread, and the caller calls `look`.
         """
-        self._publish, self._now, self._go_on, self._commanded = publish, now, go_on, commanded
+        self._publish, self._now, self._go_on = publish, now, go_on
         self._period = period
         self._due = now()
         self._motion: PacedMotion | None = None
@@ -72,13 +73,15 @@ class PacedCommands:
         self._thread = Thread(target=self._run, name="commands", daemon=True)
 
     def __enter__(self) -> "PacedCommands":
-        self._thread.start()
+        if self._go_on is not None:
+            self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.stop()
         self._leaving.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
 
     def begin(self, command: Command, duration: float, allowed: float) -> PacedMotion:
         """Commands a motion for `duration` [s], but not beyond the time `allowed` [s]."""
@@ -100,14 +103,15 @@ class PacedCommands:
             self._end()
 
     def _run(self) -> None:
-        while not self._leaving.wait(LOOK):
+        while self._go_on is not None and not self._leaving.wait(LOOK):
             try:
                 self._go_on()
-                self._look()
+                self.look()
             except RuntimeError:  # rcl's own errors: the node or its context has ended before
                 return
 
-    def _look(self) -> None:
+    def look(self) -> None:
+        """Sends what is due."""
         with self._lock:
             now, motion = self._now() + EARLY, self._motion
             if motion is not None and now >= min(motion.until, motion.allowed):
@@ -126,7 +130,6 @@ class PacedCommands:
         before = self._now()
         self._publish(command)
         after = self._now()
-        self._commanded(before)
         if self._motion is not None:
             # a thread held up on the way may have published at either end
             self._motion.gap = max(self._motion.gap, after - self._motion.sent)

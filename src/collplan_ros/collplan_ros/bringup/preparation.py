@@ -16,7 +16,7 @@ from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, LOCKSTEP, NODES, SIM, VIEWER, RobotKind, robot_kind
+from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, NODES, SIM, SPEED_FACTOR, VIEWER, RobotKind, robot_kind
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.words import in_words
 from collplan_ros.node_kit.node_names import full_name
@@ -25,8 +25,6 @@ from collplan_ros.view.server import listening_socket
 
 FLOOR = "floor"
 """The world of a check, unless another is given."""
-CHECK_SPEED = 3.0
-"""Simulated seconds a second in a check of a simulated robot in lockstep."""
 REMAPPED = ["-r", "/clock:=clock"]
 """Keeps a simulation's clock in its own namespace: ROS has one for all robots of a domain, /clock."""
 SERIAL_ENDS = {"firmware_emulator": "emulator.link", "driver_node": "driver.port"}
@@ -48,6 +46,8 @@ class Preparation:
         asked: command-line options that no parameter file holds, without the goal.
         speed: top speed of a robot that is not simulated, and its source, in words; empty for others.
         checks: whether the robot is checked instead: nothing is recorded, and bringup's own node commands it.
+        in_one_process: whether the robot and its nodes run in bringup's process, where simulated time waits for them.
+        in_real_time: whether simulated time is at most as fast as real time there.
     """
 
     robot: RobotKind
@@ -60,6 +60,8 @@ class Preparation:
     namespace: str = "/"
     speed: str = ""
     checks: bool = False
+    in_one_process: bool = False
+    in_real_time: bool = True
 
     @property
     def ends(self) -> list[np.ndarray]:
@@ -83,10 +85,14 @@ class Preparation:
 
     def command(self, name: str, folder: RunFolder) -> list[str]:
         """The command line of a node, whose parameters are in a run folder."""
+        return [self.programs[name], *self.arguments(name, folder)]
+
+    def arguments(self, name: str, folder: RunFolder) -> list[str]:
+        """The arguments of a node, whose parameters are in a run folder."""
         ours = ["--params-file", str(folder.parameters), "-r", f"__ns:={self.namespace}", *REMAPPED]
         link = self.robot.emulated and name in SERIAL_ENDS
         serial = ["-p", f"{SERIAL_ENDS[name]}:={folder.serial}"] if link else []
-        return [self.programs[name], "--ros-args", *ours, *self.simulated_time, *serial]
+        return ["--ros-args", *ours, *self.simulated_time, *serial]
 
 
 def prepare(options: Options) -> Preparation:
@@ -114,7 +120,10 @@ def prepare(options: Options) -> Preparation:
             listening_socket(settings.view.port).close()
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
-    return Preparation(robot, network, settings, world, goal, found, asked, options.namespace, speed, options.check)
+    steps = _steps(options, robot), options.real_time or options.view
+    return Preparation(
+        robot, network, settings, world, goal, found, asked, options.namespace, speed, options.check, *steps
+    )
 
 
 def find_executable(name: str) -> str:
@@ -155,11 +164,10 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
 def _settings(
     options: Options, robot: RobotKind, given: Mapping[str, object], chosen: Mapping[str, object]
 ) -> Settings:
-    values = {**robot.unless_given, **given, **robot.values, **chosen}
+    values = {**given, **robot.values, **chosen}
     if options.check:
-        # in lockstep its motions are the same at any speed
-        faster = {"simulator.speed_factor": CHECK_SPEED} if values.get(LOCKSTEP) else {}
-        values = {"lidar.world": FLOOR, "simulator.world": FLOOR, **faster, **values}
+        values = {"lidar.world": FLOOR, "simulator.world": FLOOR, **values}
+    values[SPEED_FACTOR] = _speed_factor(values.get(SPEED_FACTOR, 1.0), _steps(options, robot))
     if not robot.simulated and options.world is None and not options.check:
         # a world of the parameter file was another run's
         values |= {"lidar.world": UNKNOWN, "simulator.world": UNKNOWN}
@@ -173,6 +181,20 @@ def _settings(
         # without noise the poses of a robot at rest repeat exactly
         settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})
     return settings
+
+
+def _steps(options: Options, robot: RobotKind) -> bool:
+    """Returns whether the nodes run in bringup's process."""
+    return robot.in_one_process and not options.processes
+
+
+def _speed_factor(given: object, steps: bool) -> object:
+    """Returns simulator.speed_factor: 0 in one process; else that of the file, whose 0 is of a run in one process."""
+    if not steps:
+        return given or 1.0
+    if given not in (0.0, 1.0):
+        raise ParameterError(f"{SPEED_FACTOR}: got {given}, expected 1, or --processes: in one process time waits")
+    return 0.0
 
 
 def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping[str, object]) -> tuple[Settings, str]:

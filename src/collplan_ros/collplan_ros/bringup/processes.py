@@ -7,16 +7,14 @@ import sys
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 
 from collplan_ros.bringup import die_with_parent
 from collplan_ros.bringup.failures import NodeDied
+from collplan_ros.bringup.node_logs import NodeLogs
 
 PATIENCE = 5.0
 """Time after SIGTERM at which a node that still runs is killed [s]."""
 POLL_PERIOD = 0.01
-SHOWN = 10
-"""Lines of a node's output that are printed when it has ended."""
 # alone and without site-packages: what those do at a start would be done twice
 _DIES_WITH = (sys.executable, "-I", "-S", die_with_parent.__file__)
 
@@ -28,14 +26,14 @@ class Processes:
     Ctrl-C in a terminal reaches only bringup, which then stops the nodes in order.
     """
 
-    def __init__(self, logs: Path) -> None:
-        """`logs` is the folder of the output."""
+    def __init__(self, logs: NodeLogs) -> None:
+        """`logs` takes the output."""
         self._logs = logs
         self._started: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str, command: Sequence[str]) -> None:
         """Starts the process of a node, in the place of one that has ended."""
-        with self._log(name).open("ab") as output:
+        with self._logs.path(name).open("ab") as output:
             self._started[name] = subprocess.Popen(
                 [*_DIES_WITH, str(os.getpid()), *command],
                 stdin=subprocess.DEVNULL,
@@ -68,7 +66,7 @@ class Processes:
             code = process.poll()
             if code is None:
                 continue
-            say(self.last_lines(name))
+            say(self._logs.last_lines(name))
             ended = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
             if name not in dispensable:
                 raise NodeDied(f"{name} {ended}")
@@ -102,11 +100,3 @@ class Processes:
         with suppress(ProcessLookupError):
             os.killpg(self._started[name].pid, signal.SIGKILL)
         self._started[name].wait()
-
-    def last_lines(self, name: str) -> str:
-        """The last lines of a node's output, as a message."""
-        lines = self._log(name).read_text(errors="replace").splitlines()[-SHOWN:]
-        return f"last lines of {name}:\n" + "\n".join(f"  {line}" for line in lines or ["(none)"])
-
-    def _log(self, name: str) -> Path:
-        return self._logs / f"{name}.log"

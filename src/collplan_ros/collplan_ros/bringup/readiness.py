@@ -33,6 +33,7 @@ def wait_until_poses_come(graph: Graph) -> None:
     """
     robot, says = graph.preparation.robot.nodes[0], graph.complaints
     graph.wait(_all_reported(graph), READY_PATIENCE, lambda: says.unready(READY_PATIENCE))
+    graph.let_time_run()
     twice = seen_more_than(graph.listener.node, Counter([NAME, *graph.preparation.programs]))
     if twice:
         raise GraphError(says.not_alone(f"another {in_words(twice)}"))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from collplan_ros.bringup.failures import StartError
 
-SERIAL = "serial"
+SERIAL, SIMULATOR = "serial", "simulator_node"
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class RobotKind:
         network: default discovery range, local or subnet; None where it is required on the command line.
         emulated: whether a pseudo-terminal replaces the serial device.
         values: parameters set for this robot, by key.
-        unless_given: parameters set for this robot where the user's file does not have them, by key.
+        in_one_process: whether its nodes can run in bringup's process, where simulated time waits for them.
     """
 
     nodes: tuple[str, ...]
@@ -27,19 +27,19 @@ class RobotKind:
     network: str | None
     emulated: bool = False
     values: Mapping[str, object] = field(default_factory=dict)
-    unless_given: Mapping[str, object] = field(default_factory=dict)
+    in_one_process: bool = False
 
 
-LOCKSTEP = "simulator.lockstep"
+SPEED_FACTOR = "simulator.speed_factor"
 EMULATOR = RobotKind(
     nodes=("driver_node", "firmware_emulator"),
     simulated=True,
     network="local",
     emulated=True,
-    values={LOCKSTEP: False},  # a serial line has real time
+    values={SPEED_FACTOR: 1.0},  # a serial line has real time
 )
 ROBOTS = {
-    "sim": RobotKind(nodes=("simulator_node",), simulated=True, network="local", unless_given={LOCKSTEP: True}),
+    "sim": RobotKind(nodes=(SIMULATOR,), simulated=True, network="local", in_one_process=True),
     "emulator": EMULATOR,
     "emulator:c": replace(EMULATOR, values={**EMULATOR.values, "emulator.firmware": "c"}),
 }

@@ -7,17 +7,16 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from collplan_core.ages import StallGuard
-from collplan_ros.node_kit.clock import local_clock, seconds, steady_clock
+from collplan_ros.node_kit.clock import follows_clock, steady_clock
 
 TICK_PERIOD = 0.05
 """Period of the steady timer [s]."""
 
 
 class Backlog:
-    """Drops the queues of a node's subscriptions after a gap in its steady timer.
+    """Drops the queues of a node's subscriptions after a gap in its steady timer; no queue where it follows /clock.
 
     A node whose callbacks take long has another thread `tick`: then only a process that does not run at all has a gap.
-    While a simulation waits for its graph there is none.
 
     Attributes:
         guard: the gaps so far.
@@ -30,7 +29,7 @@ class Backlog:
         self._subscriptions: list[Subscription] = []
         self._due = False
         self._lock = Lock()
-        self._clock = local_clock(node)
+        self._drops = not follows_clock(node)
         node.create_timer(TICK_PERIOD, self._drop, clock=steady_clock())
 
     def watch(self, subscription: Subscription) -> None:
@@ -40,7 +39,7 @@ class Backlog:
     def tick(self) -> None:
         """Registers that the process runs; may be called from any thread."""
         with self._lock:
-            self._due = self.guard.tick(monotonic(), seconds(self._clock)) or self._due
+            self._due = self.guard.tick(monotonic()) or self._due
 
     def holds(self) -> bool:
         """Returns whether this callback's message queued up in a gap; the rest of the queues is then dropped too."""
@@ -49,7 +48,7 @@ class Backlog:
     def _drop(self) -> bool:
         self.tick()
         with self._lock:
-            due, self._due = self._due, False
+            due, self._due = self._due and self._drops, False
         if due:
             dropped = sum(map(_emptied, self._subscriptions))
             self._log.warning(f"did not run for {self.guard.gap:.2f} s: {dropped} messages that queued up are dropped")

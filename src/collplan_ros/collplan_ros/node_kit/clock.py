@@ -1,5 +1,6 @@
 """The local clock of a node, for ages and timers."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 from rclpy.clock import Clock, ClockType
@@ -11,9 +12,12 @@ def local_clock(node: Node) -> Clock:
 
     System time is unsuitable: it steps when it is synchronised, and timers on it then stall.
     """
-    if node.get_parameter("use_sim_time").value:
-        return node.get_clock()
-    return steady_clock()
+    return node.get_clock() if follows_clock(node) else steady_clock()
+
+
+def follows_clock(node: Node) -> bool:
+    """Returns whether a node's time is that of /clock, a simulation's."""
+    return bool(node.get_parameter("use_sim_time").value)
 
 
 def steady_clock() -> Clock:
@@ -39,6 +43,18 @@ class Times(Protocol):
 
     def sent(self, wall: float) -> float:
         """The time of a message that was sent at `wall` [s, system's clock of its sender], up to a constant [s]."""
+
+
+class SimulatedTimes:
+    """Simulated time, which stands still while a message is on its way."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        """`now` gives the present time [s]."""
+        self.now = now
+
+    def sent(self, wall: float) -> float:
+        """Returns the present time [s]: it was sent in the moment in which it came."""
+        return self.now()
 
 
 class SteadyTimes:

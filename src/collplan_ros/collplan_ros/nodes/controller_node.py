@@ -37,7 +37,6 @@ from collplan_ros.node_kit.node_parameters import declare, on_change, read_setti
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
-from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
@@ -86,8 +85,7 @@ class ControllerNode(Node):
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self._hand = TeleopInput(self, listen, self._settings, self._on_hand)
-        timer = call_each_period(self, 1.0 / self._settings.controller.rate, self._on_timer, self._local_clock)
-        self._turn = Turn(self, self._local_clock, lambda: 1e-9 * timer.time_until_next_call())
+        call_each_period(self, 1.0 / self._settings.controller.rate, self._on_timer, self._local_clock)
 
     def _why_forbidden(self) -> str:
         return self._constants.disagreement or self._heartbeat.why_silent()
@@ -151,7 +149,6 @@ class ControllerNode(Node):
         self._period.tick(local)
         command = self._journal.call(self._loop.tick, local)
         self._outputs.send(command, self._loop, self._loop.now(local) or 0.0)
-        self._turn.over()
         # last of all: the robot waits for the command
         self._journal.end_cycle()
 
@@ -183,7 +180,6 @@ class ControllerNode(Node):
     def stop(self) -> None:
         """Commands zero and waits until the robot has received it."""
         self._outputs.send_last(stopped("the controller ends"), self._loop.now(self._local()) or 0.0)
-        self._turn.end()
         self._journal.end_cycle()
 
 

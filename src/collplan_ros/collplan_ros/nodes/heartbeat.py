@@ -10,16 +10,20 @@ from std_msgs.msg import Empty
 
 from collplan_core.control.permission import why_stale
 from collplan_ros.messages import qos
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import follows_clock, local_clock, seconds
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.periodic import call_each_period
 
 PERIOD = 0.05
 """Between two beats [s]."""
 
 
 class Heartbeat:
-    """Publishes an empty message each PERIOD from a thread of its own, until `end`."""
+    """Publishes an empty message each PERIOD until `end`, from a thread of its own.
+
+    Where the node follows /clock there is none: simulated time stands still while a plan is made.
+    """
 
     def __init__(self, node: Node, at_each: Callable[[], None]) -> None:
         """Publishes through `node`, and calls `at_each` in that thread at each beat."""
@@ -27,12 +31,16 @@ class Heartbeat:
         self._at_each = at_each
         self._ended = Event()
         self._thread = Thread(target=self._beat, name="heartbeat", daemon=True)
-        self._thread.start()
+        if follows_clock(node):
+            call_each_period(node, PERIOD, lambda: self._publisher.publish(Empty()), local_clock(node))
+        else:
+            self._thread.start()
 
     def end(self) -> None:
         """Ends it, before the node is destroyed; a second call does nothing."""
         self._ended.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
 
     def _beat(self) -> None:
         due = monotonic()
@@ -51,22 +59,17 @@ class HeartbeatWatch:
     """Watch over the planner's heartbeat: whether it has stopped. A planner that never had one is not missed."""
 
     def __init__(self, inputs: Inputs, limit: float, clock: Clock) -> None:
-        """Subscribes through `inputs`; a silence longer than `limit` [s], in real time and by `clock`, is a stop."""
+        """Subscribes through `inputs`; a silence longer than `limit` [s] by `clock` is a stop."""
         self._limit = limit
         self._clock = clock
-        self._heard: tuple[float, float] | None = None
+        self._heard: float | None = None
         inputs.listen(Empty, "planner/heartbeat", self._take, qos.NEWEST, EVENT)
 
     def why_silent(self) -> str:
         """Returns the reason why the planner counts as frozen or dead; "" where it does not."""
         if self._heard is None:
             return ""
-        # a simulation may run faster than the heart beats, or wait for its planner
-        silence = min(now - heard for now, heard in zip(self._now(), self._heard, strict=True))
-        return why_stale("planner heartbeat", silence, self._limit)
+        return why_stale("planner heartbeat", seconds(self._clock) - self._heard, self._limit)
 
     def _take(self, _: Empty) -> None:
-        self._heard = self._now()
-
-    def _now(self) -> tuple[float, float]:
-        return monotonic(), seconds(self._clock)
+        self._heard = seconds(self._clock)

@@ -25,7 +25,6 @@ from collplan_ros.node_kit.node_parameters import declare, on_change, read_setti
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
-from collplan_ros.node_kit.turn import Turn
 
 GROUPS = (Lidar, Limits, Frames)
 LIVE = ("limits.pose_age",)
@@ -51,7 +50,6 @@ class LidarNode(Node):
         self._reported = 0
         self._frame = self._settings.lidar.frame or self._settings.frames.base
         self._local = local_clock(self)
-        self._turn = Turn(self, self._local)
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_PUBLISHED)
         self._inputs = Inputs(self)
         self._inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
@@ -85,7 +83,6 @@ class LidarNode(Node):
         scan = None if self._sweeps is None else self._sweeps.take_pose(self._state)
         if scan is not None:
             self._publish(scan)
-        self._turn.over()
 
     def _scan(self) -> None:
         state = self._state

@@ -36,7 +36,6 @@ from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
-from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.frame_broadcast import frame_broadcast
 
 GROUPS = (Robot, Mocap, Limits, Frames)
@@ -63,7 +62,6 @@ class MocapNode(Node):
         self._counts: Counter[str] = Counter()
         self._refused = self._reported = 0
         self._local = local_clock(self)
-        self._turn = Turn(self, self._local)
         self._poses_clock = PosesClock()
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
@@ -93,8 +91,6 @@ class MocapNode(Node):
         except PoseError as error:
             self._refuse(error.reason, str(error))
             return True
-        finally:
-            self._turn.over()
         return measured is not None
 
     def _pose_frame(self) -> str:

@@ -6,15 +6,15 @@ nothing and reports why; the controller stops the robot when plans do not arrive
 
 import uuid
 from collections.abc import Callable, Sequence
-from time import perf_counter, thread_time
+from time import perf_counter
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
-from rclpy.clock import ROSClock
 from rclpy.node import Node
 from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import Trigger
 
+from collplan_core.deadline import never
 from collplan_core.loop.decisions import ERROR, Cycle, Decision, Notice
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import (
@@ -40,7 +40,7 @@ from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import goal_from_message
 from collplan_ros.messages.reading import MessageError, impact_from_message, twist_of, velocity_from_twist
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.clock import local_clock, seconds
+from collplan_ros.node_kit.clock import follows_clock, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import Diagnostics, Health
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
@@ -48,7 +48,6 @@ from collplan_ros.node_kit.node_parameters import declare, on_change, read_setti
 from collplan_ros.node_kit.periodic import call_each_period, keep_step
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
-from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.goal_action import serve_goals
 from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
@@ -77,9 +76,9 @@ class PlannerNode(Node):
         journal = self._journal = Journal(PLANNER, lambda line: publisher.publish(String(data=line)))
         journal.begin(self._settings)
         why_forbidden = journal.record_answers(lambda: self._constants.disagreement)
-        # a simulation that waits for the plan does so while other programs have the processor, too
-        deadline = deadlines(thread_time if isinstance(self._local_clock, ROSClock) else perf_counter)
-        loop = self._loop = PlannerLoop(self._settings, journal.count_checks(deadline), why_forbidden=why_forbidden)
+        # simulated time stands still while a plan is made
+        deadline = journal.count_checks((lambda _: never) if follows_clock(self) else deadlines(perf_counter))
+        loop = self._loop = PlannerLoop(self._settings, deadline, why_forbidden=why_forbidden)
         self._planning_time = 0.0
         warm_up()
         self._outputs = PlannerOutputs(self)
@@ -101,7 +100,6 @@ class PlannerNode(Node):
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
         self._heartbeat = Heartbeat(self, backlog.tick)
-        self._turn = Turn(self, self._local_clock)
         self._inputs.ready(self._about())
 
     def _about(self) -> str:
@@ -122,7 +120,6 @@ class PlannerNode(Node):
     def _on_pose(self, state: State) -> None:
         if self._decide(self._loop.take_pose, state, self._local()):
             self._timer.reset()  # after an impact: the next plan is due a map_period later
-        self._turn.over()
 
     def _on_scan(self, scan: Scan) -> None:
         self._journal.call(self._loop.take_scan, scan, self._local())
@@ -157,7 +154,6 @@ class PlannerNode(Node):
 
     def _on_timer(self) -> None:
         self._decide(self._loop.cycle, self._local())
-        self._turn.over()
         # last of all: the robot waits for the plan
         self._journal.end_cycle()
 
@@ -184,7 +180,6 @@ class PlannerNode(Node):
     def stop(self) -> None:
         """Cancels the goal and waits until subscribers have received that."""
         self._outputs.take_last(self._journal.call(self._loop.cancel))
-        self._turn.end()
         self._journal.end_cycle()
 
     def destroy_node(self) -> None:

@@ -27,10 +27,10 @@ from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
 from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import goal_from_message
 from collplan_ros.messages.goal_status import goal_from_status
-from collplan_ros.messages.lockstep_report import lockstep_of
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import impact_contact_from_message, scan_from_message
+from collplan_ros.messages.status_values import real_time_factor
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.node_kit.shown_topics import ShownTopics
 from collplan_ros.nodes.view_parameters import GraphParameters
@@ -292,13 +292,9 @@ class ViewInputs:
             report = report_of(status, self._clock())
             if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
                 self.reports[report.name] = report
-                self._take_lockstep(report)
+                if (factor := real_time_factor(report.values)) is not None:
+                    self.recent.reported(factor, report.came)
                 self._parameters.heard(report.name, info["publication_sequence_number"])
-
-    def _take_lockstep(self, report: scene.NodeReport) -> None:
-        lockstep = lockstep_of(report.values)
-        if lockstep is not None:
-            self.recent.reported(lockstep, report.came)
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES

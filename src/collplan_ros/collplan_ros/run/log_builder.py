@@ -12,7 +12,6 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.scan import ScanError
 from collplan_core.state import State
-from collplan_ros.messages.lockstep_report import LockstepReport, lockstep_of
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import (
@@ -25,8 +24,6 @@ from collplan_ros.messages.reading import (
     twist_of,
     velocity_from_twist,
 )
-from collplan_ros.messages.status_values import values_of
-from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.run.run_log import (
     DetectedImpactRecord,
     ImpactRecord,
@@ -67,21 +64,18 @@ class LogBuilder:
     Attributes:
         topics: the topics that it takes.
         newest: newest pose, also while nothing is logged; None before the first.
-        lockstep: newest lockstep report; None without lockstep.
         time_zero: time of the first command to move, by the newest pose then [s]; None before it.
     """
 
-    def __init__(self, settings: Settings, namespace: str = "/", pictured: bool = True) -> None:
+    def __init__(self, settings: Settings, pictured: bool = True) -> None:
         """Starts empty; without scans and paths of plans where the log is not `pictured`."""
         self.newest: PoseRow | None = None
-        self.lockstep: LockstepReport | None = None
         self.time_zero: float | None = None
-        self._log = RunLog(pace=settings.simulator.pace)
-        self._namespace = namespace
+        self._log = RunLog(pace=settings.simulator.speed_factor)
         self._frames = settings.frames
         self._scan_input = settings.scan
         self._tolerance = settings.planner.goal_tolerance
-        self._run_times = RunTimes(settings.simulator.pace)
+        self._run_times = RunTimes(settings.simulator.speed_factor)
         self._end = NEVER
         self._ended: End | None = None
         self._last: PoseRow | None = None
@@ -99,7 +93,6 @@ class LogBuilder:
             "controller/reference": self._take_reference,
             "maneuver": self._take_maneuver,
             "cmd_vel": self._take_command,
-            "/diagnostics": self._take_diagnostics,
         }
         self._takers = {topic: take for topic, take in takers.items() if pictured or topic not in PAGE_TOPICS}
         self.topics = tuple(self._takers)
@@ -239,18 +232,6 @@ class LogBuilder:
         if (vx or vy or wz) and self.time_zero is None and self.newest is not None:
             self.time_zero = self.newest.stamp + self._log.pace * (sent - self.newest.sent)
         self._log.sent_commands.append(SentCommand(sent, float(vx), float(vy), wz))
-
-    def _take_diagnostics(self, message: Any, sent: float) -> None:
-        for status in message.status:
-            lockstep = lockstep_of(values_of(status)) if is_in(self._namespace, str(status.name)) else None
-            if lockstep is None:
-                continue
-            if (
-                lockstep.longest_wait > (self.lockstep.longest_wait if self.lockstep else 0.0)
-                and sent <= self._end.sent
-            ):
-                self._log.longest_wait = lockstep.longest_wait, lockstep.waited_for
-            self.lockstep = lockstep
 
     def _state(self, raw: bytes) -> State:
         return state_from_bytes(raw, self._frames.map, self._frames.base)

@@ -81,7 +81,7 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
     settings = _settings(folder / PARAMETERS, path)
     about = description(path, RUN)
     namespace, clock_ahead = about.get("namespace", "/"), int(about.get(CLOCK, "0"))
-    builder = LogBuilder(settings, namespace, pictured)
+    builder = LogBuilder(settings, pictured)
     for entry in entries(path, builder.topics):
         if isinstance(entry, Metadata):
             take_mark(builder, entry.name, entry.metadata)

@@ -18,10 +18,9 @@ from collplan_core.command import STOPPED as STANDS
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
-from collplan_ros.messages.lockstep_report import LockstepReport
 from collplan_ros.messages.reading import scan_from_message, twist_of, velocity_from_twist
 from collplan_ros.messages.robot_state import HELD, STOPPED
-from collplan_ros.messages.status_values import values_of
+from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
 from collplan_ros.run.log_builder import BYTES_TOPICS, INVALID, LogBuilder
@@ -86,7 +85,7 @@ class Recorder:
         self.lateness = 0.0
         self.maneuver = STANDS
         self.stands_since = 0.0
-        self._builder = LogBuilder(settings, namespace, pictured=False)
+        self._builder = LogBuilder(settings, pictured=False)
         self._mark = mark
         self._times = times
         self._namespace = namespace
@@ -102,9 +101,10 @@ class Recorder:
         return self._builder.newest
 
     @property
-    def lockstep(self) -> LockstepReport | None:
-        """The newest lockstep report; None without lockstep."""
-        return self._builder.lockstep
+    def real_time_factor(self) -> float | None:
+        """Simulated seconds in the last second; None where the robot is not simulated, or in real time."""
+        factors = (real_time_factor(values_of(status)) for status in self.reported.values())
+        return next((factor for factor in factors if factor is not None), None)
 
     @property
     def time_zero(self) -> float | None:

@@ -145,7 +145,6 @@ class RunLog:
         statuses: the planner's reports on them.
         reached_sent: send time of the planner's report that the goal is reached; None before.
         pace: seconds of stamps per second of the clock of `sent`; 0 where that varies.
-        longest_wait: longest wait of simulated time for a node [s], and that node; None without lockstep.
     """
 
     simulated: bool = False
@@ -163,7 +162,6 @@ class RunLog:
     statuses: list[SentStatus] = field(default_factory=list)
     reached_sent: float | None = None
     pace: float = 1.0
-    longest_wait: tuple[float, str] | None = None
 
     @property
     def goal(self) -> np.ndarray:

@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry, Path
 from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Joy, LaserScan, PointCloud2, TimeReference
+from sensor_msgs.msg import Joy, LaserScan, PointCloud2
 from std_msgs.msg import Empty, Float64, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
@@ -97,7 +97,6 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
         yield RecordedTopic(name, command_type(settings), EVERY_ONE)
     if settings.simulator.publishes_clock:
         yield RecordedTopic("/clock", Clock, EVERY_ONE)
-        yield RecordedTopic("lockstep", TimeReference, EVERY_ONE)
     try:
         transforms = import_module("tf2_msgs.msg").TFMessage
         yield RecordedTopic("/tf", transforms, EVERY_ONE)

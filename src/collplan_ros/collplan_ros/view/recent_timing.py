@@ -3,7 +3,6 @@
 from collections import deque
 
 from collplan_core.evaluation.machine import Timing
-from collplan_ros.messages.lockstep_report import LockstepReport
 
 RECENT = 10.0
 """Age beyond which figures are no longer shown [s]."""
@@ -14,19 +13,15 @@ class RecentTiming:
 
     def __init__(self) -> None:
         self._factors: deque[tuple[float, float]] = deque()
-        self._gaps: deque[tuple[float, float, str]] = deque()
-        self._longest_wait: float | None = None
+        self._gaps: deque[tuple[float, float]] = deque()
 
     def commanded(self, period: float, now: float) -> None:
         """Takes the time between two commands [s]."""
-        self._gaps.append((now, period, ""))
+        self._gaps.append((now, period))
 
-    def reported(self, lockstep: LockstepReport, now: float) -> None:
-        """Takes a report of simulator_node; waits before the first report are of an earlier time."""
-        self._factors.append((now, lockstep.factor))
-        if self._longest_wait is not None and lockstep.longest_wait > self._longest_wait:
-            self._gaps.append((now, lockstep.longest_wait, lockstep.waited_for))
-        self._longest_wait = lockstep.longest_wait
+    def reported(self, factor: float, now: float) -> None:
+        """Takes the simulated seconds in the last second."""
+        self._factors.append((now, factor))
 
     def newest_factor(self, now: float) -> float | None:
         """Simulated seconds in the last second that was reported; None where none was."""
@@ -34,11 +29,11 @@ class RecentTiming:
         return self._factors[-1][1] if self._factors else None
 
     def timing(self, now: float) -> Timing:
-        """Returns the timing of the last seconds; a wait for a node replaces the gap that it causes."""
+        """The timing of the last seconds."""
         self._forget(now)
         factors = [factor for _, factor in self._factors]
-        _, gap, waited_for = max(self._gaps, key=lambda each: (bool(each[2]), each[1]), default=(now, 0.0, ""))
-        return Timing(sum(factors) / len(factors) if factors else None, gap, waited_for)
+        longest = max((gap for _, gap in self._gaps), default=0.0)
+        return Timing(sum(factors) / len(factors) if factors else None, longest)
 
     def _forget(self, now: float) -> None:
         for rows in (self._factors, self._gaps):

@@ -43,8 +43,6 @@ class FirmwareEmulator(Node):
         self._settings = read_settings(self, *GROUPS)
         if self._settings.simulator.speed_factor != 1.0:
             raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")
-        if self._settings.simulator.lockstep:
-            raise ParameterError("simulator.lockstep: expected false with the emulated firmware, a line has real time")
         self._room = SimulatedMocap(self, self._settings)
         self._line_in, self._line_out = (BadLine(2 * self._settings.simulator.seed + way) for way in (0, 1))
         self._terminal: PseudoTerminal | None = None

@@ -1,19 +1,17 @@
-"""Simulated time against real time."""
-
-import math
+"""Simulated time and real time."""
 
 STALL = 0.05
 """Time between two looks at the clock beyond which the simulator was held up; what is beyond counts [s]."""
-AT_ONCE = 0.01
-"""Simulated time that passes between two looks at the clock where the graph alone sets the pace [s]."""
+SHORTEST_MEASUREMENT = 0.5
+"""Real time over which the real-time factor is measured at least [s]."""
 
 
 class Pacing:
-    """The steps that keep a simulation in step with local time, or with the graph.
+    """The steps that keep a simulation in step with local time.
 
     Args:
         rate: steps per simulated second [Hz].
-        speed_factor: simulated seconds per second; 0 for as many as the graph allows.
+        speed_factor: simulated seconds per second.
         catch_up: simulated time that is made up for after a stall [s]; more is given up.
         now: local time at which the first step begins [s].
 
@@ -30,24 +28,34 @@ class Pacing:
         self._catch_up = catch_up
         self._last = now
 
-    def due(self, now: float, allowed: float = math.inf) -> int:
-        """Steps to take at the local time `now` [s].
-
-        Args:
-            now: local time [s].
-            allowed: simulated time that may pass before the graph must be waited for [s]; infinite where none is.
-        """
+    def due(self, now: float) -> int:
+        """Steps to take at the local time `now` [s]."""
         passed = max(now - self._last, 0.0)
         self._last = now
         self.stalled += max(passed - STALL, 0.0)
-        if self._speed_factor == 0.0 and math.isfinite(allowed):
-            self.behind = AT_ONCE
-        else:
-            self.behind += passed * (self._speed_factor or 1.0)
+        self.behind += passed * self._speed_factor
         excess = max(self.behind - self._catch_up, 0.0)
         self.given_up += excess
         self.behind -= excess
         # a millionth of a step of tolerance: sums of decimal times must not decide
-        steps = max(int(min(self.behind, allowed) * self._rate + 1e-6), 0)
+        steps = int(self.behind * self._rate + 1e-6)
         self.behind -= steps / self._rate
         return steps
+
+
+class RealTimeFactor:
+    """Simulated seconds per second, measured over a second or so."""
+
+    def __init__(self, time: float, now: float) -> None:
+        """Begins at the simulated `time` [s] and the local time `now` [s]."""
+        self._begun = time, now
+        self._factor = 1.0
+
+    def measured(self, time: float, now: float) -> float:
+        """The factor up to the simulated `time` [s] and the local time `now` [s]; the last one soon after it."""
+        time_then, then = self._begun
+        if time == time_then:  # it stood still
+            self._begun = time, now
+        elif now - then >= SHORTEST_MEASUREMENT:
+            self._begun, self._factor = (time, now), (time - time_then) / (now - then)
+        return self._factor

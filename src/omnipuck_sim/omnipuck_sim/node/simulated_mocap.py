@@ -1,6 +1,5 @@
 """The simulated robot in a room with motion capture: its poses, and the truth, on the graph."""
 
-import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +12,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from collplan_core.clock_steps import ClockOffset
-from collplan_core.parameters import Settings, Simulation
+from collplan_core.parameters import ParameterError, Settings, Simulation
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
@@ -40,6 +39,8 @@ CATCH_UP_OF_CLOCK = 0.05
 class SimulatedMocap:
     """Runs in real time, stamped by the system's clock; or in simulated time, which it publishes on /clock.
 
+    Time passes by the local clock from `start` on, or else pose by pose, whenever `grant` is called.
+
     Attributes:
         simulator: the robot.
         publishes_clock: whether time is the simulator's, for all nodes.
@@ -48,7 +49,7 @@ class SimulatedMocap:
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
-        """Publishes through `node`, whenever `advance` is called."""
+        """Publishes through `node`."""
         simulation = settings.simulator
         world = load_world(simulation.world)
         self.simulator = Simulator(world, settings, simulation.seed)
@@ -72,17 +73,21 @@ class SimulatedMocap:
         self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
     def start(self, advance: Callable[[], object]) -> None:
-        """Calls `advance` once per pose from now on, when it is due."""
+        """Calls `advance` once per pose from now on, when it is due by the local clock.
+
+        Raises:
+            ParameterError: simulator.speed_factor is 0.
+        """
         simulation = self._settings.simulator
-        pace = simulation.mocap_rate * simulation.speed_factor
-        period = max(1.0 / pace if pace else 0.0, FASTEST_TIMER)
+        if simulation.speed_factor == 0.0:
+            raise ParameterError("simulator.speed_factor: got 0, expected more: only bringup makes time wait for nodes")
+        period = max(1.0 / (simulation.mocap_rate * simulation.speed_factor), FASTEST_TIMER)
 
         def look() -> None:
             advance()
-            if pace and not self.waits:
-                # a timer that keeps its own time comes a little before the pose, and then a period late
-                left = self._until_next_pose / simulation.speed_factor + LATE
-                call_in(timer, round(1e9 * min(max(left, FASTEST_TIMER), period)))
+            # a timer that keeps its own time comes a little before the pose, and then a period late
+            left = self._until_next_pose / simulation.speed_factor + LATE
+            call_in(timer, round(1e9 * min(max(left, FASTEST_TIMER), period)))
 
         timer = self._node.create_timer(period, look, clock=steady_clock())
 
@@ -97,20 +102,13 @@ class SimulatedMocap:
         """Time for which this process was held up so far [s]."""
         return self._pacing.stalled
 
-    @property
-    def waits(self) -> bool:
-        """True where simulated time was last held back by its limit."""
-        return self._pacing.behind * self._settings.simulator.physics_rate >= 1.0
-
-    def advance(self, before_step: Callable[[], None] | None = None, limit: float = math.inf) -> list[Impact]:
+    def advance(self, before_step: Callable[[], None] | None = None) -> list[Impact]:
         """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts.
 
-        Args:
-            before_step: called before each step.
-            limit: simulated time beyond which it does not go [s].
+        `before_step` is called before each step.
         """
         now = monotonic()
-        steps = self._pacing.due(now, limit - self.simulator.time)
+        steps = self._pacing.due(now)
         if not self.publishes_clock:
             self._offset.compare()
             present = self.simulator.time + steps / self._settings.simulator.physics_rate + self._pacing.behind
@@ -118,29 +116,50 @@ class SimulatedMocap:
         for _ in range(steps):
             if before_step is not None:
                 before_step()
-            self.simulator.step()
+            self._step()
+        return self._publish_impacts()
+
+    def grant(self) -> None:
+        """Lets simulated time pass until a pose has been measured or sent."""
+        while not self._step():
+            pass
+        self._publish_impacts()
+
+    def _step(self) -> bool:
+        """Takes a step; returns whether a pose was measured or sent in it."""
+        self.simulator.step()
+        measures, sends = self._measures_pose(), self._sends_pose()
+        if (measures or sends) and self._clock_publisher is not None:
+            self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(self.simulator.time)))
+        if measures:
             self._measure_pose()
-            self._send_poses()
+        self._send_poses()
+        return measures or sends
+
+    def _publish_impacts(self) -> list[Impact]:
         impacts = self.simulator.take_impacts()
         for impact in impacts:
             self._publish_impact(impact)
         return impacts
 
-    def publish_clock(self) -> None:
-        """Publishes the simulated time, where it is that of all nodes."""
-        if self._clock_publisher is not None:
-            self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(self.simulator.time)))
-
     def _take_fault(self, settings: Settings) -> None:
         self._fault = settings.simulator.mocap_fault
 
-    def _measure_pose(self) -> None:
+    def _measures_pose(self) -> bool:
         due = floor(self.simulator.time * self._settings.simulator.mocap_rate + 1e-6)
-        if due <= self._poses:
-            return
-        self._poses = due
+        before, self._poses = self._poses, max(due, self._poses)
+        return due > before
+
+    def _sends_pose(self) -> bool:
+        return bool(self._unsent) and self._unsent[0][0] <= self._half_a_step_later
+
+    @property
+    def _half_a_step_later(self) -> float:
+        # of tolerance: sums of decimal times must not decide
+        return self.simulator.time + 0.5 / self._settings.simulator.physics_rate
+
+    def _measure_pose(self) -> None:
         frames, stamp = self._settings.frames, self._epoch + self.simulator.time
-        self.publish_clock()
         measured = faulty(replace(self.simulator.measured_pose(), stamp=stamp), self._fault)
         send_at = self.simulator.time + self._settings.simulator.mocap_latency + added_latency(self._fault)
         self._unsent.append((send_at, pose_to_message(measured, frames.map)))
@@ -148,9 +167,7 @@ class SimulatedMocap:
         self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base, self.simulator.spin))
 
     def _send_poses(self) -> None:
-        # half a step of tolerance: sums of decimal times must not decide
-        now = self.simulator.time + 0.5 / self._settings.simulator.physics_rate
-        while self._unsent and self._unsent[0][0] <= now:
+        while self._sends_pose():
             self._pose_publisher.publish(self._unsent.popleft()[1])
 
     def _publish_impact(self, impact: Impact) -> None:

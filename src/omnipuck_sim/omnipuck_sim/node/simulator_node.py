@@ -1,11 +1,14 @@
 """The simulated Omnipuck as a robot on the graph: takes cmd_vel, gives the poses of a motion capture and the truth."""
 
+from collections.abc import Callable
+
 import numpy as np
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from collplan_core.parameters import Cap, Control, Frames, Limits, Robot, Settings, Simulation
-from collplan_core.parameters.spec import ParameterError
+from collplan_core.parameters import Cap, Control, Frames, Limits, Robot, Simulation
+from collplan_ros.messages.status_values import REAL_TIME_FACTOR
+from collplan_ros.node_kit.clock import SimulatedTimes, seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
@@ -13,36 +16,54 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
-from omnipuck_sim.node.graph_pace import GraphPace
+from omnipuck_sim.node.pacing import RealTimeFactor
 from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, SimulatedMocap
 
 GROUPS = (Robot, Cap, Simulation, Limits, Control, Frames)
 
 
 class SimulatorNode(Node):
-    """Takes commands as the real robot does, but without a line that could be bad."""
+    """Takes commands as the real robot does, but without a line that could be bad.
+
+    Simulated time passes by the local clock from `start` on, or else pose by pose, whenever `grant` is called.
+    """
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__("simulator_node", **kwargs)
-        declare(self, *GROUPS, live=(*LIVE, *MOCAP_LIVE), check=_check)
+        declare(self, *GROUPS, live=(*LIVE, *MOCAP_LIVE), check=check_caps)
         settings = read_settings(self, *GROUPS)
         self._room = SimulatedMocap(self, settings)
         self._inputs = Inputs(self)
-        self._pace = GraphPace(self, self._inputs, settings, self._room)
-        times = self._pace.times if self._room.publishes_clock else None
+        self._advance: Callable[[], object] = lambda: None
+        self._steady = steady_clock()
+        self._factor = RealTimeFactor(self._room.simulator.time, seconds(self._steady))
+        times = SimulatedTimes(lambda: self._room.simulator.time) if self._room.publishes_clock else None
         self._contract = RobotContract(self, self._inputs, self, settings, times)
         on_change(self, self._contract.change_settings, *GROUPS)
         self._constants = SharedConstants(self, settings, *GROUPS)
         self.create_service(Trigger, "reset", self._reset)
-        self._room.start(self._pace.advance)
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
         self._inputs.ready(self._room.description)
+
+    def start(self) -> None:
+        """Lets simulated time follow the local clock from now on.
+
+        Raises:
+            ParameterError: simulator.speed_factor is 0.
+        """
+        self._advance = self._room.advance
+        self._room.start(self._advance)
+
+    def grant(self) -> float:
+        """Lets simulated time pass until a pose has been measured or sent; returns it [s]."""
+        self._room.grant()
+        return self._room.simulator.time
 
     # ---- what the contract needs
 
     def now(self) -> float:
         """The simulated time, after the simulation was brought to the present [s]."""
-        self._pace.advance()
+        self._advance()
         return self._room.simulator.time
 
     def is_ready(self) -> bool:
@@ -51,7 +72,7 @@ class SimulatorNode(Node):
 
     def follow(self, velocity: np.ndarray, yaw_rate: float, age: float) -> None:
         """Commands the wheels from now on: velocity (2,) [m/s, robot frame] and yaw rate [rad/s] of this age [s]."""
-        self._pace.advance()
+        self._advance()
         self._room.simulator.command(velocity, yaw_rate, age)
 
     def halt(self) -> None:
@@ -69,7 +90,7 @@ class SimulatorNode(Node):
     # ---- its own
 
     def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._pace.advance()
+        self._advance()
         self._room.simulator.reset()
         response.success, response.message = True, "back at the start, at rest"
         self.get_logger().info(f"reset: {response.message}")
@@ -77,18 +98,19 @@ class SimulatorNode(Node):
 
     def _health(self) -> Health:
         contract, room = self._contract, self._room
-        times = {"simulated_time": room.simulator.time, "time_stalled": room.stalled, **self._pace.values()}
-        values = {**contract.counts, "impacts": room.impacts, **times}
+        time = room.simulator.time
+        values = {**contract.counts, "impacts": room.impacts, "simulated_time": time, "time_stalled": room.stalled}
+        if room.publishes_clock:
+            values[REAL_TIME_FACTOR] = self._factor.measured(time, seconds(self._steady))
         return contract.health(values, "", "simulated")
 
 
-def _check(settings: Settings) -> None:
-    """Raises ParameterError where values do not fit each other."""
-    check_caps(settings)
-    if settings.simulator.speed_factor == 0.0 and not settings.simulator.lockstep:
-        raise ParameterError("simulator.speed_factor: got 0, expected more, or simulator.lockstep: true")
+def _started() -> SimulatorNode:
+    node = SimulatorNode()
+    node.start()
+    return node
 
 
 def main(args: list[str] | None = None) -> int:
     """Entry point of the executable."""
-    return run_node(SimulatorNode, args)
+    return run_node(_started, args)
