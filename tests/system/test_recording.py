@@ -20,7 +20,7 @@ from collplan_ros.run.writer import RECORDING
 
 ALWAYS = {
     "/mocap/pose", "/mocap/odom", "/scan", "/goal_pose", "/goal_status", "/plan", "/planner/trajectory",
-    "/planner/heartbeat", "/planner/markers", "/planner/costs", "/cmd_vel", "/maneuver",
+    "/planner/heartbeat", "/planner/costs", "/cmd_vel", "/maneuver",
     "/controller/state", "/controller/reference", "/robot/state", "/ground_truth/odom", "/diagnostics",
     "/shared_constants", "/parameter_events", "/rosout",
 }  # fmt: skip
@@ -46,7 +46,7 @@ def ran(tmp_path_factory):
 def test_every_topic_of_the_graph_is_in_it_and_both_libraries_decode_it_whole(ran):
     folder, names, preparation, _ = ran
     known = {name if name.startswith("/") else f"/{name}" for name in recorded_topics(preparation.settings)}
-    assert names - known == set()
+    assert names - known == {"/planner/markers"}  # for RViz alone
     path = folder / RECORDING
     with AnyReader([path]) as reader:
         counts = {connection.topic: connection.msgcount for connection in reader.connections}

@@ -117,46 +117,28 @@ class _Topic:
         self._topic = topic
         self._times = times
         self._recording = recording
-        self._group = group
         self._name = node.resolve_topic_name(topic.name)
         self._channel: int | None = None
-        self._due = time.monotonic()
-        self._subscription: Subscription | None = None
-        if not topic.period:
-            self._subscription = self._subscribed()
-
-    def take(self) -> bool:
-        """Takes received messages, at most AT_ONCE; returns whether there may be more."""
-        if self._subscription is None:
-            if time.monotonic() < self._due:
-                return False
-            self._subscription = self._subscribed()
-        sparse, handle, kind = bool(self._topic.period), self._subscription.handle, self._topic.kind
-        with handle:
-            for _ in range(1 if sparse else AT_ONCE):
-                taken = handle.take_message(kind, True)
-                if taken is None:
-                    return False
-                self._hand_on(*taken)
-        if sparse:
-            self._leave()
-        return not sparse
-
-    def _subscribed(self) -> Subscription:
-        return self._node.create_subscription(
-            self._topic.kind,
-            self._topic.name,
+        self._subscription = node.create_subscription(
+            topic.kind,
+            topic.name,
             lambda _: None,  # nobody calls it
-            self._topic.qos,
-            callback_group=self._group,
+            topic.qos,
+            callback_group=group,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             raw=True,
         )
 
-    def _leave(self) -> None:
-        """Listens no more until the next message is due."""
-        self._node.destroy_subscription(self._subscription)
-        self._subscription, self._due = None, time.monotonic() + self._topic.period
+    def take(self) -> bool:
+        """Takes received messages, at most AT_ONCE; returns whether there may be more."""
+        handle, kind = self._subscription.handle, self._topic.kind
+        with handle:
+            for _ in range(AT_ONCE):
+                taken = handle.take_message(kind, True)
+                if taken is None:
+                    return False
+                self._hand_on(*taken)
+        return True
 
     def _hand_on(self, data: bytes, info: dict[str, Any]) -> None:
         # DDS gives its time of receipt, however late it is taken here

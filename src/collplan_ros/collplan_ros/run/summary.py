@@ -23,7 +23,8 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
     first pose within goal_tolerance. The rebound error is the median over the impacts that the last plan before each
     foresaw. Impacts and plans above limits.impact_speed are counted by the speed into the obstacle. Maneuvers are
     counted in control periods. The control period and the time of the first command come from the controller's
-    middleware, which stamps its messages, so that the load of bringup does not affect them.
+    middleware, which stamps its messages, so that the load of bringup does not affect them. Where simulated time waits
+    for the nodes, the control period is one of simulated time.
     """
     begin, limit = log.time_zero, settings.limits.impact_speed
     commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
@@ -43,7 +44,7 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
         "goal": [float(value) for value in goal],
         "strategy": settings.planner.strategy,
         "plan_time_ms": _percentiles([costs["planning_time_ms"] for costs in log.costs if "planning_time_ms" in costs]),
-        "control_period_ms": _percentiles(1e3 * np.diff([c.sent for c in commands])),
+        "control_period_ms": _percentiles(1e3 * np.diff([c.sent if log.pace else c.stamp for c in commands])),
         "candidates": {
             "mean": _mean(log, "candidates"),
             "before_pruning_mean": _mean(log, "candidates_before_pruning"),

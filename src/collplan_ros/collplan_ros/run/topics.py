@@ -1,4 +1,7 @@
-"""The topics of a run that are recorded: the messages of each and their QoS."""
+"""The topics of a run that are recorded: the messages of each and their QoS.
+
+planner/markers are not: they show what the clouds hold, are made only for subscribers, and take as long as a plan.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,17 +17,12 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy, LaserScan, PointCloud2
 from std_msgs.msg import Empty, Float64, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
-from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.mocap_formats import message_type
 from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, EVERY_UNRELIABLE
-
-SPARSE = {"planner/markers": 2.0}
-"""Topics of which one message in so long [s] is recorded. In between there is no subscription: the planner makes
-markers only for subscribers, and they take as long as a plan. They are in RELIABLE, as latched ones would return."""
 
 RELIABLE: dict[str, type] = {
     "goal_pose": PoseStamped,
@@ -36,7 +34,6 @@ RELIABLE: dict[str, type] = {
     "planner/trajectory": MultiDOFJointTrajectory,
     "planner/heartbeat": Empty,
     "planner/costs": DiagnosticArray,
-    "planner/markers": MarkerArray,
     "planner/seen": PointCloud2,
     "planner/compared": PointCloud2,
     "controller/reference": PointStamped,
@@ -68,13 +65,11 @@ class RecordedTopic:
         name: name used by its nodes: within the robot's namespace, but for those that begin with a slash.
         kind: class of its messages.
         qos: profile that matches every publisher of it and leaves no message out.
-        period: shortest time between two recorded messages [s]; 0 where every one is recorded.
     """
 
     name: str
     kind: type
     qos: QoSProfile
-    period: float = 0.0
 
 
 def recorded_topics(settings: Settings, real_scans: bool = False) -> dict[str, RecordedTopic]:
@@ -105,4 +100,4 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
         pass
     for kinds, qos in ((RELIABLE, EVERY_ONE), (LATCHED, EVERY_LATCHED), (UNRELIABLE, EVERY_UNRELIABLE)):
         for name, kind in kinds.items():
-            yield RecordedTopic(name, kind, qos, SPARSE.get(name, 0.0))
+            yield RecordedTopic(name, kind, qos)
