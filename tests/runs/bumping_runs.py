@@ -7,9 +7,9 @@ import numpy as np
 from bumping_drive import SPEEDS, bumping_drive
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
+from collplan_ros.bringup.main import write_results
+from collplan_ros.bringup.options import ROBOTS
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.results import write_results
-from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_log import ImpactRecord, PoseRow, RunLog, SentCommand

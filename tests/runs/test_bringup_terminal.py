@@ -12,8 +12,8 @@ import pytest
 from collplan_core.evaluation.run_end import CANCELED, REACHED, STUCK, TIMEOUT
 from collplan_ros.bringup import driving
 from collplan_ros.bringup.driving import EMERGENCY_STOP, Bringup
+from collplan_ros.bringup.main import repeating
 from collplan_ros.bringup.options import Options, parse
-from collplan_ros.bringup.results import repeating
 
 
 def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):

@@ -9,9 +9,9 @@ from PIL import Image
 
 from collplan_core.parameters import Settings
 from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.main import make_pictures, write_results
+from collplan_ros.bringup.options import ROBOTS
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.results import make_pictures, write_results
-from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.folder_lock import FolderLock
 from collplan_ros.run.impacts import impacts_of

@@ -14,10 +14,9 @@ from collplan_core.parameters.file import write_parameters
 from collplan_ros.bringup import preparation, readiness
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.main import run
-from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.options import Options, robot_kind
 from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.robots import robot_kind
 
 
 def with_emulator(folder: Path, parameter: str) -> tuple[int, str, dict]:

@@ -16,9 +16,8 @@ from collplan_ros.bringup import preparation, processes
 from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, run
 from collplan_ros.bringup.network import RANGE, environment_set
-from collplan_ros.bringup.node_logs import NodeLogs
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.processes import Processes
+from collplan_ros.bringup.processes import NodeLogs, Processes
 
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
 

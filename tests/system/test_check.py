@@ -47,9 +47,9 @@ from collplan_ros.bringup.interruptions import Interruptions
 from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.main import main
 from collplan_ros.bringup.open_loop import OpenLoop
+from collplan_ros.bringup.options import ROBOTS
 from collplan_ros.bringup.paced_commands import PacedCommands
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
 from collplan_ros.run.run_log import PoseRow
 

@@ -3,7 +3,7 @@
 from itertools import accumulate
 from operator import methodcaller
 
-from collplan_ros.bringup.robots import COMMANDER
+from collplan_ros.bringup.options import COMMANDER
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import CREEP, WAIT, commanded_to_stand, no_motion_since

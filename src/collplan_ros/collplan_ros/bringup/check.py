@@ -26,11 +26,10 @@ from collplan_ros.bringup.failures import FOUND_WRONG, GraphError, Interrupted, 
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.open_loop import InterruptedTooOften, OpenLoop
-from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.options import REAL, Options
 from collplan_ros.bringup.preparation import FLOOR, Preparation, prepare
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.readiness import refuse_kept_stop, wait_until_poses_come
-from collplan_ros.bringup.robots import REAL
 from collplan_ros.bringup.run_folder import RunFolder
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")

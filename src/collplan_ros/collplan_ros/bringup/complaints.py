@@ -1,12 +1,35 @@
-"""Complaints about a graph: what it lacks, in sentences for its user."""
+"""What a graph lacks and what is in its way, in sentences for its user."""
+
+from collections import Counter
 
 from rclpy.node import Node
 
 from collplan_core.parameters import Mocap
+from collplan_ros.bringup.options import PLANNER
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.robots import PLANNER
-from collplan_ros.bringup.words import in_words
+from collplan_ros.bringup.progress import in_words
+from collplan_ros.node_kit.node_names import full_name
+from collplan_ros.node_kit.publishers import known_publishers
 from collplan_ros.run.recorder import Recorder
+
+COMMANDS = "cmd_vel"
+"""The topic of commands."""
+
+
+def other_commanders(node: Node, commander: str) -> list[str]:
+    """Full names of the nodes other than `commander`, in the namespace of `node`, that publish commands.
+
+    A second node of the commander's own name is not detected here; bringup refuses it at its start.
+    """
+    return sorted(set(known_publishers(node, COMMANDS)) - {full_name(node.get_namespace(), commander)})
+
+
+def seen_more_than(node: Node, expected: Counter[str]) -> list[str]:
+    """Names of which more nodes are seen in the namespace of `node` than expected; names not listed do not count."""
+    namespace = node.get_namespace()
+    seen = Counter(name for name, space in node.get_node_names_and_namespaces() if space == namespace)
+    return sorted(name for name, count in expected.items() if seen[name] > count)
+
 
 INPUT_PATIENCE = 3.0
 """Longest wait for poses, scans and the answer to a goal, once every node is ready [s]."""

@@ -6,18 +6,41 @@ from itertools import cycle
 import numpy as np
 from action_msgs.msg import GoalStatus
 
+from collplan_core.evaluation import run_end
 from collplan_core.evaluation.machine import pace_words
 from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor, drive_noise_hint
 from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import LATE, Graph
 from collplan_ros.bringup.listener import REST_PATIENCE
-from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
+from collplan_ros.bringup.options import COMMANDER, PLANNER, Options
 from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.robots import COMMANDER, PLANNER
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.messages.goal_status import NUMBERS
+from collplan_ros.run.recorder import GoalReport
 from collplan_ros.run.run_error import RecordError
+from collplan_ros.run.run_log import PoseRow
+
+OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.items()}
+"""Outcome of a run by the final status of its goal, one of GoalStatus.STATUS_*."""
+
+
+def outcome_of(goal: GoalReport | None, pose: PoseRow, maneuver: str, monitor: RunMonitor) -> str | None:
+    """Outcome of a run at its newest pose and maneuver, None while it goes on.
+
+    The planner's report of the goal's end has priority over the monitor, however old the pose. A report is used
+    only once the poses sent before it were taken: time counts from the first of those after the first plan, and the
+    time of arrival is read from them.
+    """
+    monitor.commanded(maneuver)
+    final = goal is not None and goal.status in OUTCOMES
+    if goal is not None and goal.sent <= pose.sent:
+        if final:
+            return OUTCOMES[goal.status]
+        if goal.status == GoalStatus.STATUS_EXECUTING:
+            monitor.executing(pose.stamp)
+    return None if final else monitor.outcome(pose.stamp, np.array([pose.x, pose.y]))
+
 
 EMERGENCY_STOP = "emergency_stop"
 """Outcome of a run in which the robot's emergency stop was latched."""

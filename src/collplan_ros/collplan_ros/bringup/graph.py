@@ -10,26 +10,62 @@ from contextlib import ExitStack, closing
 from typing import Any
 
 import numpy as np
+from geometry_msgs.msg import PoseStamped
 from rclpy.client import Client
+from rclpy.node import Node
+from std_srvs.srv import Trigger
 
 from collplan_ros.bringup import complaints
-from collplan_ros.bringup.complaints import Complaints
+from collplan_ros.bringup.complaints import COMMANDS, Complaints, other_commanders, seen_more_than
 from collplan_ros.bringup.failures import GraphError, Interrupted, NodeDied, StartError
-from collplan_ros.bringup.goals import Goals
-from collplan_ros.bringup.hang_watch import Hangs, HangWatch
 from collplan_ros.bringup.listener import NAME, Listener
 from collplan_ros.bringup.network import environment_set, graph_environment
-from collplan_ros.bringup.node_logs import NodeLogs
-from collplan_ros.bringup.other_nodes import COMMANDS, other_commanders, seen_more_than
+from collplan_ros.bringup.options import COMMANDER, PLANNER, VIEWER
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.processes import Processes
-from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.robots import COMMANDER, PLANNER, VIEWER
+from collplan_ros.bringup.processes import NodeLogs, Processes
+from collplan_ros.bringup.progress import Progress, in_words
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.bringup.stepped_nodes import CLASSES, SteppedNodes
-from collplan_ros.bringup.words import in_words
+from collplan_ros.bringup.stepped_nodes import CLASSES, Hangs, HangWatch, SteppedNodes
+from collplan_ros.messages.conversions import goal_to_message
+from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.run_log import PoseRow
+
+PERIOD = 1.0
+"""Period at which a goal without answer is published again [s]."""
+
+
+class Goals:
+    """Publisher of goals to the planner, which answers by the status of the goal."""
+
+    def __init__(self, node: Node, frame: str, now: Callable[[], float]) -> None:
+        """Publishes through `node` goals in `frame`; `now` is the time for patience [s]."""
+        self._now = now
+        self._frame = frame
+        self._due = 0.0
+        self._publisher = node.create_publisher(PoseStamped, "goal_pose", EVENT)
+        self._cancel = node.create_client(Trigger, "cancel")
+
+    @property
+    def are_heard(self) -> bool:
+        """True where a node subscribes to goals."""
+        return bool(self._publisher.get_subscription_count() > 0)
+
+    def give(self, goal: np.ndarray, stamp: float) -> None:
+        """Publishes a goal (2,) [m] with a stamp [s]."""
+        self._publisher.publish(goal_to_message(goal, self._frame, stamp))
+        self._due = self._now() + PERIOD
+
+    def repeat(self, goal: np.ndarray, stamp: float) -> None:
+        """Publishes it again, once PERIOD is over."""
+        if self._now() >= self._due:
+            self.give(goal, stamp)
+
+    def cancel(self) -> None:
+        """Asks for the end of the goal."""
+        if self._cancel.service_is_ready():
+            self._cancel.call_async(Trigger.Request())
+
 
 COMMANDERS_PERIOD = 0.1
 """Period at which the publishers of commands are looked at [s]."""

@@ -12,9 +12,9 @@ from rclpy.executors import Executor
 
 from collplan_core.clock_steps import SendTimes
 from collplan_ros.bringup.failures import StartError
-from collplan_ros.bringup.node_logs import NodeLogs
+from collplan_ros.bringup.options import LIDAR
 from collplan_ros.bringup.preparation import REMAPPED, Preparation
-from collplan_ros.bringup.robots import LIDAR
+from collplan_ros.bringup.processes import NodeLogs
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.stepped_nodes import SteppedNodes
 from collplan_ros.node_kit.clock import local_clock, seconds

@@ -15,10 +15,19 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
-from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, NODES, SIM, SPEED_FACTOR, VIEWER, RobotKind, robot_kind
+from collplan_ros.bringup.options import (
+    FIRST_SPEED,
+    LIDAR,
+    NODES,
+    SIM,
+    SPEED_FACTOR,
+    VIEWER,
+    Options,
+    RobotKind,
+    robot_kind,
+)
+from collplan_ros.bringup.progress import in_words
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.bringup.words import in_words
 from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.node_kit.reachability import why_no_graph
 from collplan_ros.view.server import listening_socket

@@ -1,10 +1,18 @@
-"""Progress output of a run."""
+"""What bringup prints: progress of a run, and names in a sentence."""
 
 import math
 import os
 import sys
 import time
+from collections.abc import Sequence
 from typing import TextIO
+
+
+def in_words(names: Sequence[str]) -> str:
+    """The names as "a, b and c"; at least one."""
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
 
 TERMINAL_PERIOD = 0.1
 PLAIN_PERIOD = 1.0

@@ -9,11 +9,11 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
 from collplan_ros.bringup import complaints
+from collplan_ros.bringup.complaints import seen_more_than
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.listener import NAME
-from collplan_ros.bringup.other_nodes import seen_more_than
-from collplan_ros.bringup.words import in_words
+from collplan_ros.bringup.progress import in_words
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.diagnostics import ERROR
 

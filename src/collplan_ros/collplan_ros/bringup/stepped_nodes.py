@@ -4,19 +4,88 @@ Within a process DDS delivers in `publish`, so nothing is under way once no node
 then give equal runs, however busy the machine is.
 """
 
+import gc
+import os
+import signal
+import sys
+import threading
 import time
-from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pkgutil import resolve_name
+from types import FrameType
 from typing import Any
 
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from collplan_ros.bringup.failures import NodeDied
-from collplan_ros.bringup.hang_watch import Hangs, HangWatch
-from collplan_ros.bringup.robots import SIMULATOR
+from collplan_ros.bringup.failures import GRAPH_LOST, NodeDied
+from collplan_ros.bringup.options import SIMULATOR
 from collplan_ros.node_kit.events_executor import events_executor, run_all_due
+
+PATIENCE = 10
+"""Looks after which a callback counts as one that does not return; the longest plan takes some tenths of a second."""
+LOOK_PERIOD = 1.0
+"""Between two looks [s]. Looks are counted, not seconds: after a stop of the whole process there is one."""
+SIGNAL = signal.SIGUSR1
+"""Interrupts the main thread."""
+
+
+class Hangs(BaseException):
+    """Raised in a callback that does not return. No `Exception`: a callback that handles those must end, too."""
+
+
+class HangWatch:
+    """Watches the callbacks of the main thread. In another thread it does nothing, as signals do not reach that."""
+
+    def __init__(self) -> None:
+        self._turn, self._name = 0, ""
+        self._overdue = -1
+        self._ended = threading.Event()
+
+    def begin(self, name: str) -> None:
+        """Notes that a callback of this node begins."""
+        self._turn, self._name = self._turn + 1, name
+
+    def end(self) -> None:
+        """Notes that it has returned."""
+        self._name = ""
+
+    @contextmanager
+    def watching(self) -> Iterator[None]:
+        """Raises Hangs in a callback that does not return, until left.
+
+        One that does not even get back to Python then, as compiled code may, ends the process.
+        """
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = signal.signal(SIGNAL, self._interrupt)
+        thread = threading.Thread(target=self._look, name="hang watch", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            self._ended.set()
+            thread.join()
+            signal.signal(SIGNAL, before)
+
+    def _look(self) -> None:
+        seen, looks = -1, 0
+        while not self._ended.wait(LOOK_PERIOD):
+            turn = self._turn
+            seen, looks = turn, looks + 1 if self._name and turn == seen else 0
+            if looks == PATIENCE:
+                self._overdue = turn
+                signal.pthread_kill(threading.main_thread().ident or 0, SIGNAL)
+            elif looks == 2 * PATIENCE:
+                print(f"bringup: {self._name} hangs: its process ends", file=sys.stderr, flush=True)
+                os._exit(GRAPH_LOST)
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        if self._name and self._turn == self._overdue:
+            raise Hangs
+
 
 CLASSES = {
     SIMULATOR: "omnipuck_sim.node.simulator_node:SimulatorNode",
@@ -71,10 +140,14 @@ class SteppedNodes:
         Raises:
             NodeDied: it cannot be made.
         """
+        died = None
         try:
             node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments))
         except Exception as error:
-            raise self._died(name, error) from None
+            died = self._died(name, error)
+        if died is not None:
+            gc.collect()  # what was made of it would stay in the domain
+            raise died
         executor = events_executor(self._context)
         executor.add_node(node)
         self._nodes[name], self._executors[name] = node, executor
@@ -111,14 +184,10 @@ class SteppedNodes:
     def stop(self, names: Collection[str]) -> None:
         """Stops nodes as the end of their process would; what one raises then is in its log alone."""
         for name in [name for name in self._nodes if name in names]:
-            node, executor = self._nodes[name], self._executors[name]
+            node = self._nodes[name]
             with suppress(NodeDied):
                 self._run(name, getattr(node, "stop", lambda: None))
-            self._nodes.pop(name, None)
-            self._executors.pop(name, None)
-            executor.shutdown()
-            node.destroy_node()
-            self.time_runs = self.time_runs and name != SIMULATOR
+                self._drop(name)
 
     def _grant(self) -> None:
         before = self._time
@@ -143,10 +212,14 @@ class SteppedNodes:
         try:
             return act()
         except (Hangs, Exception) as error:
-            # it takes no part in what follows
-            self._nodes.pop(name, None)
-            self._executors.pop(name, None)
-            self.time_runs = self.time_runs and SIMULATOR in self._nodes
-            raise self._died(name, error) from None
+            died = self._died(name, error)
         finally:
             self._watch.end()
+        self._drop(name)
+        raise died
+
+    def _drop(self, name: str) -> None:
+        """Ends a node; time stands still without a simulator."""
+        self._executors.pop(name).shutdown()
+        self._nodes.pop(name).destroy_node()
+        self.time_runs = self.time_runs and SIMULATOR in self._nodes
