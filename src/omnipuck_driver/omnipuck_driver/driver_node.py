@@ -5,15 +5,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from rclpy.node import Node
 
-from collplan_core.parameters import Cap, Control, Driver, Frames, Kinematics, Limits, Robot
+from collplan_core.parameters import Cap, Control, Driver, Frames, Kinematics, Limits, Robot, Settings
 from collplan_ros.node_kit.clock import seconds, steady_clock
-from collplan_ros.node_kit.diagnostics import ERROR, Diagnostics, Health
+from collplan_ros.node_kit.diagnostics import ERROR, Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_driver.command_rate import check_command_rate
@@ -58,7 +56,7 @@ LOGGED = {
 """Log lines for faults when they begin, by their bit in the telemetry's status."""
 
 
-class DriverNode(Node):
+class DriverNode(GraphNode):
     """Sends a frame each period, whatever happens: the command while it is fresh, else zero.
 
     Attributes:
@@ -68,9 +66,7 @@ class DriverNode(Node):
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
-        super().__init__("driver_node", **kwargs)
-        declare(self, *GROUPS, live=LIVE, check=check_caps)
-        self._settings = read_settings(self, *GROUPS)
+        super().__init__("driver_node", GROUPS, LIVE, check_caps, **kwargs)
         self._wheels = OmniWheels(self._settings.kinematics)
         check_command_rate(self._settings.driver, self._settings.limits, len(self._wheels))
         # steady also where the graph follows /clock: the robot does not
@@ -90,13 +86,14 @@ class DriverNode(Node):
         self._warned_at: dict[int, float] = {}
         self._inputs = Inputs(self)
         self.contract = RobotContract(self, self._inputs, self, self._settings)
-        on_change(self, self.contract.change_settings, *GROUPS)
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
         driver = self._settings.driver
         self.create_timer(1.0 / driver.rate, self._tick, clock=self._local_clock)
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._begin()
         self._inputs.ready(f"{driver.port} at {driver.baud} bit/s, {len(self._wheels)} wheels")
         self._logged_at = self.now()
+
+    def _change(self, settings: Settings) -> None:
+        self.contract.change_settings(settings)
 
     # ---- interface for the contract
 

@@ -11,7 +11,6 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Path
-from rclpy.node import Node
 from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
@@ -29,14 +28,12 @@ from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.clock import local_clock, seconds
-from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.input_watch import EVENT, STATE
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
@@ -50,16 +47,12 @@ MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_toler
 LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
 
 
-class ControllerNode(Node):
+class ControllerNode(GraphNode):
     """Takes mocap/*, scan, plan, planner/*, goal_status, hand/cmd_vel; publishes cmd_vel, maneuver and controller/*."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
-        super().__init__("controller_node", **kwargs)
-        declare(self, *GROUPS, live=LIVE)
-        self._settings = read_settings(self, *GROUPS)
-        self._local_clock = local_clock(self)
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        super().__init__("controller_node", GROUPS, LIVE, **kwargs)
         publisher = self.create_publisher(String, "controller/journal", qos.JOURNAL)
         self._journal = Journal(CONTROLLER, lambda line: publisher.publish(String(data=line)))
         self._journal.begin(self._settings)
@@ -69,8 +62,7 @@ class ControllerNode(Node):
         warm_up()
         self._outputs = ControllerOutputs(self, self._settings)
         self._make_inputs()
-        on_change(self, self._take_settings, *GROUPS)
-        self._diagnostics = Diagnostics(self, self._health)
+        self._begin()
         self._inputs.ready(f"a command every {1e3 / self._settings.controller.rate:g} ms")
 
     def _make_inputs(self) -> None:
@@ -90,10 +82,7 @@ class ControllerNode(Node):
     def _why_forbidden(self) -> str:
         return self._constants.disagreement or self._heartbeat.why_silent()
 
-    def _local(self) -> float:
-        return seconds(self._local_clock)
-
-    def _take_settings(self, settings: Settings) -> None:
+    def _change(self, settings: Settings) -> None:
         self._settings = settings
         self._journal.call(self._loop.change_settings, settings)
 

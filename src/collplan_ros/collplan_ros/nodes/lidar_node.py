@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.ages import PosesClock
-from collplan_core.parameters import Frames, Lidar, Limits, Settings
+from collplan_core.parameters import Frames, Lidar, Limits
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar
 from collplan_core.sensing.instant_lidar import InstantLidar
@@ -18,19 +17,18 @@ from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import scan_to_message
 from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.node_kit.clock import described_age, local_clock, seconds
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.clock import described_age
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.node_kit.shared_constants import SharedConstants
 
 GROUPS = (Lidar, Limits, Frames)
 LIVE = ("limits.pose_age",)
 
 
-class LidarNode(Node):
+class LidarNode(GraphNode):
     """Subscribes mocap/odom; publishes scan.
 
     The ideal sensor casts at lidar.rate from the newest pose, if fresh, and stamps the scan with it. Of a spinning one
@@ -38,10 +36,7 @@ class LidarNode(Node):
     """
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__("lidar_node", **kwargs)
-        declare(self, *GROUPS, live=LIVE)
-        self._settings = read_settings(self, *GROUPS)
-        on_change(self, self._change, *GROUPS)
+        super().__init__("lidar_node", GROUPS, LIVE, **kwargs)
         self._world = load_world(self._settings.lidar.world)
         self._state: State | None = None
         self._scanned: State | None = None
@@ -49,18 +44,16 @@ class LidarNode(Node):
         self._scans = 0
         self._reported = 0
         self._frame = self._settings.lidar.frame or self._settings.frames.base
-        self._local = local_clock(self)
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_PUBLISHED)
         self._inputs = Inputs(self)
         self._inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
         lidar = self._settings.lidar
         self._sweeps = sweeps_of(self._world, lidar, lidar.seed)
         self._instant = InstantLidar(self._world, lidar, lidar.seed)
         if self._sweeps is None:
-            call_each_period(self, 1.0 / lidar.rate, self._scan, self._local)
+            call_each_period(self, 1.0 / lidar.rate, self._scan, self._local_clock)
         self._warm_up()
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._begin()
         sensor = SPINNING_SENSORS.get(lidar.sensor, lidar)
         self._inputs.ready(f"world {self._world.name}, {sensor.n_beams} beams at {sensor.rate:g} Hz")
 
@@ -73,13 +66,10 @@ class LidarNode(Node):
         middle = State(0.0, np.array([x_min + x_max, y_min + y_max]) / 2, np.zeros(2), 0.0)
         self._instant.scan(middle)
 
-    def _change(self, settings: Settings) -> None:
-        self._settings = settings
-
     def _take_pose(self, raw: bytes) -> None:
         frames = self._settings.frames
         self._state = state_from_bytes(raw, frames.map, frames.base)
-        self._poses_clock.received(self._state.stamp, seconds(self._local))
+        self._poses_clock.received(self._state.stamp, self._local())
         scan = None if self._sweeps is None else self._sweeps.take_pose(self._state)
         if scan is not None:
             self._publish(scan)
@@ -101,7 +91,7 @@ class LidarNode(Node):
         self._scans += 1
 
     def _pose_age(self) -> float:
-        return self._poses_clock.age(seconds(self._local))
+        return self._poses_clock.age(self._local())
 
     def _health(self) -> Health:
         age, refusals = self._pose_age(), self._inputs.refusals

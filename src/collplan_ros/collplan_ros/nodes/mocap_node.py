@@ -7,11 +7,10 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
-from rclpy.node import Node
 from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
-from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
+from collplan_core.parameters import Frames, Limits, Mocap, Robot
 from collplan_core.sensing.even_stamps import even_stamp
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.impact_detection import DetectedImpact
@@ -30,12 +29,11 @@ from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
 from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED
-from collplan_ros.node_kit.clock import described_age, local_clock, seconds
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.clock import described_age, seconds
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.frame_broadcast import frame_broadcast
 
 GROUPS = (Robot, Mocap, Limits, Frames)
@@ -45,14 +43,11 @@ STAMPS_WITHOUT_STATE, STAMPS_WITH_STATE = 1.0, 2.0
 SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
 
-class MocapNode(Node):
+class MocapNode(GraphNode):
     """Subscribes mocap.topic; publishes mocap/odom or mocap/refused for a pose, impact and impact/contact."""
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__("mocap_node", **kwargs)
-        declare(self, *GROUPS, live=LIVE)
-        self._settings = read_settings(self, *GROUPS)
-        on_change(self, self._change, *GROUPS)
+        super().__init__("mocap_node", GROUPS, LIVE, **kwargs)
         self._memory = FRESH
         self._newest: MeasuredPose | None = None
         self._repeats = 0
@@ -61,7 +56,6 @@ class MocapNode(Node):
         self._compared = (math.nan, math.nan, 0)
         self._counts: Counter[str] = Counter()
         self._refused = self._reported = 0
-        self._local = local_clock(self)
         self._poses_clock = PosesClock()
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
@@ -72,14 +66,10 @@ class MocapNode(Node):
         self._read = FORMATS[mocap.format].read
         self._inputs = Inputs(self)
         self._inputs.listen(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
         warm_up()
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._begin()
         body = f", body {mocap.subject}" if mocap.subject else ""
         self._inputs.ready(f"format {mocap.format}{body}, frame {self._pose_frame()}")
-
-    def _change(self, settings: Settings) -> None:
-        self._settings = settings
 
     def _take(self, message: Any) -> bool:
         """Takes a message; returns whether it holds a pose of the robot's body."""
@@ -116,7 +106,7 @@ class MocapNode(Node):
         self._take_sample(sample)
 
     def _take_sample(self, sample: PoseSample) -> None:
-        received, before = seconds(self._local), self._memory
+        received, before = self._local(), self._memory
         result, self._memory = filter_pose(before, sample, received, self._settings)
         if result.refused:
             self._refuse(result.refused, why_refused(result.refused, sample, before, self._settings, result.speed))
@@ -170,7 +160,7 @@ class MocapNode(Node):
 
     def _age(self) -> float:
         """Local time since the newest pose was taken [s]."""
-        return self._poses_clock.age(seconds(self._local))
+        return self._poses_clock.age(self._local())
 
     def _is_late(self) -> bool:
         return self._age() > self._settings.limits.pose_age

@@ -10,7 +10,6 @@ from time import perf_counter
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
-from rclpy.node import Node
 from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import Trigger
 
@@ -40,14 +39,13 @@ from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import goal_from_message
 from collplan_ros.messages.reading import MessageError, impact_from_message, twist_of, velocity_from_twist
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.clock import follows_clock, local_clock, seconds
-from collplan_ros.node_kit.diagnostics import Diagnostics, Health
+from collplan_ros.node_kit.clock import follows_clock
+from collplan_ros.node_kit.diagnostics import Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.periodic import call_each_period, keep_step
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.goal_action import serve_goals
 from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
@@ -62,16 +60,12 @@ LEAD = 0.02
 """A plan is begun so long before the control period that is to follow it [s]: until then it is made and received."""
 
 
-class PlannerNode(Node):
+class PlannerNode(GraphNode):
     """Takes mocap/odom, scan, goal_pose, impact, commands; publishes plan, goal_status, planner/*; serves cancel."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
-        super().__init__("planner_node", **kwargs)
-        declare(self, *GROUPS, live=LIVE)
-        self._settings = read_settings(self, *GROUPS)
-        self._local_clock = local_clock(self)
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        super().__init__("planner_node", GROUPS, LIVE, **kwargs)
         publisher = self.create_publisher(String, "planner/journal", qos.JOURNAL)
         journal = self._journal = Journal(PLANNER, lambda line: publisher.publish(String(data=line)))
         journal.begin(self._settings)
@@ -97,18 +91,14 @@ class PlannerNode(Node):
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._tell = serve_goals(self, self._on_goal, lambda: self._decide(self._loop.cancel), backlog.holds)
         self._timer = call_each_period(self, map_period_of(self._settings), self._on_timer, self._local_clock)
-        on_change(self, self._take_settings, *GROUPS)
-        self._diagnostics = Diagnostics(self, self._health)
+        self._begin()
         self._heartbeat = Heartbeat(self, backlog.tick)
         self._inputs.ready(self._about())
 
     def _about(self) -> str:
         return f"strategy {self._settings.planner.strategy}, a plan every {map_period_of(self._settings):g} s"
 
-    def _local(self) -> float:
-        return seconds(self._local_clock)
-
-    def _take_settings(self, settings: Settings) -> None:
+    def _change(self, settings: Settings) -> None:
         self._journal.call(self._loop.change_settings, settings)
         self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
         before, self._settings = self._about(), settings

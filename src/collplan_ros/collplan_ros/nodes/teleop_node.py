@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from rclpy.node import Node
 from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
 
@@ -22,26 +21,23 @@ from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.qos import EVERY_UNRELIABLE, NEWEST
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.clock import seconds, steady_clock
-from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.node_kit.service_calls import ServiceCalls
-from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.commanders import Commanders
 
 GROUPS = (Teleop, Frames, "robot.max_speed", "robot.max_yaw_rate", "controller.stamped_cmd_vel")
 SERVICES = ("estop", "resume")
 
 
-class TeleopNode(Node):
+class TeleopNode(GraphNode):
     """Subscribes joy; publishes hand/cmd_vel, and calls estop and resume."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
-        super().__init__("teleop_node", **kwargs)
-        declare(self, *GROUPS, live=(), check=check_stick)
-        self._settings = read_settings(self, *GROUPS)
+        super().__init__("teleop_node", GROUPS, (), check_stick, **kwargs)
         teleop = self._settings.teleop
         # steady even where the node follows /clock: a person lets go in real time
         self._steady = steady_clock()
@@ -60,8 +56,7 @@ class TeleopNode(Node):
         self._inputs = Inputs(self)
         self._inputs.listen(Joy, "joy", self._on_joy, EVERY_UNRELIABLE)
         self.create_timer(1.0 / teleop.rate, self._on_timer, clock=self._steady)
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._begin()
         speed = teleop.speed_share * self._settings.robot.max_speed
         self._inputs.ready(f"dead-man button {teleop.dead_man_button}, {speed:.2f} m/s at full stick")
 

@@ -8,15 +8,13 @@ from math import floor
 from pathlib import Path
 from typing import Any
 
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Control, Emulator, Frames, Kinematics, Limits, Robot, Settings, Simulation
 from collplan_core.parameters.spec import ParameterError
-from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
-from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
+from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.node_kit.shared_constants import SharedConstants
 from omnipuck_sim.emulator.c_firmware import CFirmware
 from omnipuck_sim.emulator.faults import BadLine
 from omnipuck_sim.emulator.firmware import Firmware, Stop
@@ -29,7 +27,7 @@ GARBLED = Emulator(flipped=0.5)
 """Faults of a line whose ends use different rates."""
 
 
-class FirmwareEmulator(Node):
+class FirmwareEmulator(GraphNode):
     """Once per pose it reads the driver's bytes, moves the robot, and answers.
 
     Each time the wheels are set to zero after they had turned, its diagnostics report at once: `stops`, `stop_age` (of
@@ -38,9 +36,7 @@ class FirmwareEmulator(Node):
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
-        super().__init__("firmware_emulator", **kwargs)
-        declare(self, *GROUPS, live=(Emulator, *MOCAP_LIVE))
-        self._settings = read_settings(self, *GROUPS)
+        super().__init__("firmware_emulator", GROUPS, (Emulator, *MOCAP_LIVE), **kwargs)
         if self._settings.simulator.speed_factor != 1.0:
             raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")
         self._room = SimulatedMocap(self, self._settings)
@@ -52,10 +48,8 @@ class FirmwareEmulator(Node):
         self._firmware = self._started()
         self._plug()
         self.create_service(Trigger, "reset", self._reset)
-        on_change(self, self._change, *GROUPS)
         self._room.start(self._advance)
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._begin()
         link = self._settings.emulator.link
         self.get_logger().info(f"ready: {link} leads to the firmware; {self._room.description}")
 

@@ -1,19 +1,18 @@
 """The simulated Omnipuck as a robot on the graph: takes cmd_vel, gives the poses of a motion capture and the truth."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from collplan_core.parameters import Cap, Control, Frames, Limits, Robot, Simulation
+from collplan_core.parameters import Cap, Control, Frames, Limits, Robot, Settings, Simulation
 from collplan_ros.messages.status_values import REAL_TIME_FACTOR
 from collplan_ros.node_kit.clock import SimulatedTimes, seconds, steady_clock
-from collplan_ros.node_kit.diagnostics import Diagnostics, Health
+from collplan_ros.node_kit.diagnostics import Health
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_sim.node.pacing import RealTimeFactor
@@ -22,27 +21,23 @@ from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, SimulatedMocap
 GROUPS = (Robot, Cap, Simulation, Limits, Control, Frames)
 
 
-class SimulatorNode(Node):
+class SimulatorNode(GraphNode):
     """Takes commands as the real robot does, but without a line that could be bad.
 
     Simulated time passes by the local clock from `start` on, or else pose by pose, whenever `grant` is called.
     """
 
-    def __init__(self, **kwargs: object) -> None:
-        super().__init__("simulator_node", **kwargs)
-        declare(self, *GROUPS, live=(*LIVE, *MOCAP_LIVE), check=check_caps)
-        settings = read_settings(self, *GROUPS)
-        self._room = SimulatedMocap(self, settings)
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("simulator_node", GROUPS, (*LIVE, *MOCAP_LIVE), check_caps, **kwargs)
+        self._room = SimulatedMocap(self, self._settings)
         self._inputs = Inputs(self)
         self._advance: Callable[[], object] = lambda: None
         self._steady = steady_clock()
         self._factor = RealTimeFactor(self._room.simulator.time, seconds(self._steady))
         times = SimulatedTimes(lambda: self._room.simulator.time) if self._room.publishes_clock else None
-        self._contract = RobotContract(self, self._inputs, self, settings, times)
-        on_change(self, self._contract.change_settings, *GROUPS)
-        self._constants = SharedConstants(self, settings, *GROUPS)
+        self._contract = RobotContract(self, self._inputs, self, self._settings, times)
         self.create_service(Trigger, "reset", self._reset)
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._begin()
         self._inputs.ready(self._room.description)
 
     def start(self) -> None:
@@ -88,6 +83,9 @@ class SimulatorNode(Node):
         return ""
 
     # ---- its own
+
+    def _change(self, settings: Settings) -> None:
+        self._contract.change_settings(settings)
 
     def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._advance()

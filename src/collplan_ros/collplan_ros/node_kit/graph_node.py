@@ -1,0 +1,56 @@
+"""What every node of the graph has: checked parameters, a local clock, shared constants, and health reports."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rclpy.node import Node
+
+from collplan_core.parameters import Settings
+from collplan_ros.node_kit.clock import local_clock, seconds
+from collplan_ros.node_kit.diagnostics import Diagnostics, Health
+from collplan_ros.node_kit.node_parameters import Group, declare, on_change, read_settings
+from collplan_ros.node_kit.shared_constants import SharedConstants
+
+
+class GraphNode(Node):
+    """A node whose constructor ends with `_begin`.
+
+    Attributes, for subclasses:
+        _settings: present values of its parameter groups; all others are at their defaults.
+        _local_clock: the clock for its timers and ages.
+        _constants: constants that all nodes must share.
+        _diagnostics: its health reports; from `_begin` on.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        groups: Sequence[Group],
+        live: Sequence[Group] | None = None,
+        check: Callable[[Settings], None] = lambda settings: None,
+        **kwargs: Any,
+    ) -> None:
+        """Declares the parameters of `groups`, as `declare` does; keyword arguments go to `rclpy.node.Node`."""
+        super().__init__(name, **kwargs)
+        declare(self, *groups, live=live, check=check)
+        self._settings = read_settings(self, *groups)
+        on_change(self, self._change, *groups)
+        self._local_clock = local_clock(self)
+        self._constants = SharedConstants(self, self._settings, *groups)
+
+    def _begin(self) -> None:
+        """Sends the first report: the node is ready."""
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+
+    def _change(self, settings: Settings) -> None:
+        """Takes settings that were changed by `ros2 param set`."""
+        self._settings = settings
+
+    def _local(self) -> float:
+        """The time of the local clock [s]."""
+        return seconds(self._local_clock)
+
+    @abstractmethod
+    def _health(self) -> Health:
+        """The present health."""
