@@ -11,16 +11,10 @@ from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.worlds import load_world
 from collplan_ros.run.run_log import DetectedImpactRecord, ImpactRecord, PlanRow, PoseRow, RunLog
 from omnipuck_sim import trial
-from omnipuck_sim.robot.impact import Impact
 
 
 def logged_trial(world: str, settings: Settings, seed: int) -> RunLog:
     """The log of one trial with its truth; measured poses and detected impacts are those of the pose filter."""
-    return logged_trial_and_hits(world, settings, seed)[1]
-
-
-def logged_trial_and_hits(world: str, settings: Settings, seed: int) -> tuple[tuple[Impact, ...], RunLog]:
-    """The impacts of one trial as the simulator had them, and its log."""
     log, filter_pose = RunLog(), pose_filter.filter_pose
 
     def logged_filter(memory, sample, received, used):
@@ -45,8 +39,9 @@ def logged_trial_and_hits(world: str, settings: Settings, seed: int) -> tuple[tu
         patched.setattr(trial, "TrialRecord", LoggedRecord)
         result = trial.run_trial(load_world(world), settings, seed)
     for hit in result.impacts:
-        log.true_impacts.append(ImpactRecord(hit.time, *(hit.velocity_after - hit.velocity_before).tolist()))
-    return tuple(result.impacts), log
+        vectors = hit.point, hit.normal, hit.velocity_before, hit.velocity_after
+        log.true_impacts.append(ImpactRecord(hit.time, *np.concatenate(vectors).tolist()))
+    return log
 
 
 def without_truth(log: RunLog) -> RunLog:

@@ -15,7 +15,7 @@ from mcap.writer import CompressionType, Writer
 from collplan_ros.run.reader import records
 
 FOLDERS = Path(__file__).with_name("runs")
-LEFT_OUT = ("/journal", "planner/compared", "planner/markers", "planner/seen", "lockstep", "parameter_events", "clock")
+LEFT_OUT = ("/journal", "planner/compared", "planner/markers", "planner/seen", "parameter_events", "clock")
 
 
 def keep(folder: Path, kept: Path, left_out: Sequence[str] = LEFT_OUT, has_end: bool = True) -> None:

@@ -22,7 +22,8 @@ from collplan_core.parameters import Settings
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
+from collplan_ros.messages.conversions import impact_contact_to_message, state_to_odometry
+from collplan_ros.messages.planner_clouds import true_impact_to_message
 from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.log_builder import BYTES_TOPICS, LogBuilder
 from collplan_ros.run.recorded_run import take_mark
@@ -109,7 +110,7 @@ def test_diagnostics_of_other_robots_are_theirs():
 
 
 def arrival(log: RunLog) -> float:
-    return summarize(log, impacts_of(log, WORLD, Settings().mocap.velocity_window), "reached", np.zeros(2), Settings())[
+    return summarize(log, impacts_of(log, Settings().mocap.velocity_window), "reached", np.zeros(2), Settings())[
         "arrival_time_s"
     ]
 
@@ -151,7 +152,7 @@ def driven_on() -> dict[str, list[tuple[float, object]]]:
     for sent, odometry in topics["mocap/odom"]:
         topics["ground_truth/odom"].append((sent - SENT_LATE, odometry))
     for k in (30, 190, 215):
-        topics["ground_truth/impact"].append((0.01 * k, truth(k)[1]))
+        topics["ground_truth/impact/contact"].append((0.01 * k, truth(k)[1]))
     for sent, status in ((0.4, GoalStatus.STATUS_EXECUTING), (REPORTED, GoalStatus.STATUS_SUCCEEDED)):
         topics["goal_status"].append((sent, GoalStatus(status=status)))
     return topics
@@ -204,7 +205,7 @@ def truth(k: int):
     """The true state 10 ms times k after the first pose, and an impact then."""
     stamp, frames = STAMP + 0.01 * k, Settings().frames
     state = State(stamp, np.array([0.01 * k, 0.0]), np.zeros(2), 0.0)
-    impact = impact_to_message(stamp, np.array([-1.0, 0.0]), frames.map)
+    impact = true_impact_to_message([1.0, 0.0, -1.0, 0.0, 0.5, 0.0, -0.5, 0.0], stamp, frames.map)
     return state_to_odometry(state, frames.map, frames.base), impact
 
 

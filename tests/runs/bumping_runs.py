@@ -47,6 +47,6 @@ def _driven(settings: Settings, duration: float, seed: int, speeds: tuple[float,
         if row.is_new:
             log.sent_commands.append(SentCommand(sent, *row.command.tolist(), row.turn))
         for hit in row.impacts:
-            change = hit.velocity_after - hit.velocity_before
-            log.true_impacts.append(ImpactRecord(EPOCH + hit.time, *change.tolist()))
+            vectors = hit.point, hit.normal, hit.velocity_before, hit.velocity_after
+            log.true_impacts.append(ImpactRecord(EPOCH + hit.time, *np.concatenate(vectors).tolist()))
     return log

@@ -18,8 +18,9 @@ from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
-from collplan_ros.messages.conversions import impact_to_message, scan_to_message, state_to_odometry
+from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
 from collplan_ros.messages.plan_trajectory import plan_to_trajectory
+from collplan_ros.messages.planner_clouds import true_impact_to_message
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
 from collplan_ros.run.description import GOAL as GOAL_GIVEN
@@ -48,6 +49,8 @@ RADIUS = Settings().robot.radius
 WINDOW = Settings().mocap.velocity_window
 HIT_AT = 1.0
 SPEED = 0.5
+HIT = ImpactRecord(EPOCH + HIT_AT - 0.003, WALL, 0.1, -1.0, 0.0, SPEED, 0.0, -0.5 * SPEED, 0.0)
+"""The impact of the run that is made here."""
 
 
 def room() -> World:
@@ -75,7 +78,7 @@ def bouncing_run() -> RunLog:
             times, path = EPOCH + t + np.array([0.0, 1.0]), np.array([[x, 0.1], [x + 0.5, 0.1]])
             log.plans[EPOCH + t] = PlanRow(EPOCH + t, times, path, touch if t < HIT_AT else Contacts.none())
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
-    log.true_impacts.append(ImpactRecord(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
+    log.true_impacts.append(HIT)
     return log
 
 
@@ -125,7 +128,7 @@ def _said(log: RunLog) -> Iterator[Said]:
     for row in log.sent_maneuvers:
         yield row.sent, "maneuver", String(data=row.name)
     for hit in log.true_impacts:
-        yield hit.stamp - AHEAD, "ground_truth/impact", impact_to_message(hit.stamp, np.array(hit[1:]), frames.map)
+        yield hit.stamp - AHEAD, "ground_truth/impact/contact", true_impact_to_message(hit[1:], hit.stamp, frames.map)
     for row in log.plans.values():
         still = np.zeros_like(row.positions)
         plan = timed_path(row.stamp, row.times, row.positions, still, contacts=row.contacts)

@@ -64,7 +64,7 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     assert (run.log.simulated, run.note.startswith(f"{killed}: incomplete")) == (True, True)
     unpictured = read_run(killed, pictured=False).log
     assert (unpictured.scans, unpictured.poses) == ([], run.log.poses)
-    shown, impacts = played(read_run(killed)), impacts_of(log, room(), WINDOW)
+    shown, impacts = played(read_run(killed)), impacts_of(log, WINDOW)
     assert shown.end == "incomplete"
     np.testing.assert_allclose(shown.impacts.times, impacts.times, atol=1e-6)
     assert shown.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()

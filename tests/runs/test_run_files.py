@@ -83,7 +83,7 @@ def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
 
 def test_the_summary_of_a_run_worked_by_hand_with_and_without_its_truth():
     log = bouncing_run()
-    summary = summarize(log, impacts_of(log, room(), WINDOW), "reached", GOAL, Settings())
+    summary = summarize(log, impacts_of(log, WINDOW), "reached", GOAL, Settings())
     assert summary["reached"] is True
     assert summary["arrival_time_s"] == pytest.approx(1.99 - 0.15, abs=1e-6)
     length = SPEED * 0.85 + 0.5 * SPEED * 0.99
@@ -97,7 +97,7 @@ def test_the_summary_of_a_run_worked_by_hand_with_and_without_its_truth():
     assert summary["candidates"] == {"mean": 10.0, "before_pruning_mean": 30.0}
     assert summary["maneuvers"] == {"free_space": summary["control_period_ms"]["n"] + 1}
     log = detected_only(log)
-    summary = summarize(log, impacts_of(log, room(), WINDOW), "timeout", GOAL, Settings())
+    summary = summarize(log, impacts_of(log, WINDOW), "timeout", GOAL, Settings())
     assert [summary[count] for count in counts] == [1, 1, 1]
     assert summary["arrival_time_s"] is None
     assert "5 Hz" in summary["path_length_source"]

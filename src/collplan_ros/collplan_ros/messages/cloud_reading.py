@@ -1,4 +1,4 @@
-"""Reading of the planner's point clouds, planner/seen and planner/compared, by their attributes alone.
+"""Reading of point clouds, planner/seen, planner/compared and ground_truth/impact/contact, by their attributes alone.
 
 A message decoded from a recording will do as well as one of rclpy's, and no ROS is needed.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from collplan_ros.messages.reading import MessageError, check_frame
+from collplan_ros.messages.reading import MessageError, check_finite, check_frame
 
 FREE_SPACE, FRONTIERS, PREDICTED, REMEMBERED, INFERRED = LAYERS = (
     "free_space",
@@ -22,8 +22,10 @@ FREE_SPACE, FRONTIERS, PREDICTED, REMEMBERED, INFERRED = LAYERS = (
 PLACES = ("x", "y", "vx", "vy", "line")
 """Fields of planner/compared before the cost terms: position, velocity, and which line of points it belongs to."""
 TOTAL = "total"
-KINDS = {7: "<f4", 2: "|u1"}
-"""Types of fields that are used, by their numbers in sensor_msgs/PointField: FLOAT32 and UINT8."""
+IMPACT = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
+"""Fields of ground_truth/impact/contact: point, unit normal out of the obstacle, velocity before and after."""
+KINDS = {7: "<f4", 8: "<f8", 2: "|u1"}
+"""Types of fields that are used, by their numbers in sensor_msgs/PointField: FLOAT32, FLOAT64 and UINT8."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +76,21 @@ def compared_from_message(message: Any, frame: str) -> Compared:
     return Compared(rows[single], singles, paths, terms[TOTAL][starts[long]].tolist())
 
 
+def true_impact_from_message(message: Any, frame: str) -> list[float]:
+    """Values of IMPACT [m], [m/s] in a message.
+
+    Raises:
+        MessageError: another frame, other fields, other than one point, or not finite.
+    """
+    table = _table(message, frame)
+    _check_fields(table, IMPACT)
+    if len(table) != 1:
+        raise MessageError(f"width: got {len(table)} points, expected 1")
+    values = [float(table[name][0]) for name in IMPACT]
+    check_finite("data", *values)
+    return values
+
+
 def _table(message: Any, frame: str) -> np.ndarray:
     check_frame("header.frame_id", message.header.frame_id, frame)
     step, size = int(message.point_step), int(message.width) * int(message.height)
@@ -81,7 +98,7 @@ def _table(message: Any, frame: str) -> np.ndarray:
     for each in message.fields:
         kind = KINDS.get(each.datatype)
         if kind is None or each.count != 1 or each.offset + np.dtype(kind).itemsize > step:
-            raise MessageError(f"fields: got {each.name!r} of type {each.datatype}, expected FLOAT32 or UINT8")
+            raise MessageError(f"fields: got {each.name!r} of type {each.datatype}, expected FLOAT32, FLOAT64 or UINT8")
         names.append(str(each.name))
         formats.append(kind)
         offsets.append(int(each.offset))

@@ -1,11 +1,11 @@
-"""Point clouds of what the planner sees and compares: cheap for both ends, where markers take as long as a plan.
+"""Point clouds of what the planner sees and compares, and of a true impact; markers take as long as a plan.
 
 planner/seen holds lines of several layers; planner/compared the candidates of the choice, with each cost term in a
 field of its own, so that a viewer of point clouds can colour by it.
 """
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
@@ -17,6 +17,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.record import Remembered
 from collplan_ros.messages.cloud_reading import (
     FREE_SPACE,
     FRONTIERS,
+    IMPACT,
     INFERRED,
     KINDS,
     LAYERS,
@@ -139,3 +140,11 @@ def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
 def _offsets(layout: np.dtype) -> list[int]:
     fields = layout.fields
     return [] if fields is None else [fields[name][1] for name in layout.names or ()]
+
+
+# ---- ground_truth/impact/contact
+
+
+def true_impact_to_message(values: Sequence[float], stamp: float, frame: str) -> PointCloud2:
+    """Message of an impact at `stamp` [s], with the values of IMPACT [m], [m/s, `frame`]."""
+    return _cloud(np.array([tuple(values)], [(name, "<f8") for name in IMPACT]), stamp, frame)

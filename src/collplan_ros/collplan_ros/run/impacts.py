@@ -3,7 +3,6 @@
 import csv
 import math
 from bisect import bisect_left
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,13 +17,11 @@ from collplan_core.evaluation.impact_matching import (
 )
 from collplan_core.plane import nearest_on_segment
 from collplan_core.worlds import World, world_segments
-from collplan_ros.run.run_log import ImpactRecord, PoseRow, RunLog
+from collplan_ros.run.run_log import PoseRow, RunLog
 
 VECTORS = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
 SETTLED = 1.1
 """So long after an impact a velocity is fitted to poses after it alone, in velocity_windows."""
-TOUCH = 0.05
-"""A ring that gives way touches for no longer than this [s]."""
 COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
 
 
@@ -32,9 +29,9 @@ COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
 class Impacts:
     """The impacts of a run, world frame, in order of time.
 
-    Of a simulated robot: contacts begun at more than 0.08 m/s into the wall, placed on the nearest surface of the
-    world; contacts within 50 ms of one on the same surface belong to it. Of a real robot: the impacts that were
-    detected in the poses or sensed by the ring, placed where they were measured.
+    Of a simulated robot: those of the simulation, contacts begun at more than 0.08 m/s into the wall; contacts within
+    50 ms of one on the same surface belong to it. Of a real robot: the impacts that were detected in the poses or
+    sensed by the ring, placed where they were measured.
 
     Attributes:
         times: (k,) time of each impact, also where it was detected later [s].
@@ -61,15 +58,14 @@ class Impacts:
         return len(self.times)
 
 
-def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:
+def impacts_of(log: RunLog, velocity_window: float) -> Impacts:
     """The impacts of a run.
 
     Args:
         log: the run.
-        world: the world that the robot was in; true impacts are placed on it.
         velocity_window: mocap.velocity_window, over which velocities of measured poses are fitted [s].
     """
-    rows = _true_rows(log, world) if log.truth else _measured_rows(log, velocity_window)
+    rows = np.array(log.true_impacts).reshape(-1, 9) if log.truth else _measured_rows(log, velocity_window)
     times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
     predictions = [Prediction(made, plan.contacts) for made, plan in sorted(log.plans.items())]
     errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
@@ -78,42 +74,11 @@ def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:
     return Impacts(times, points, normals, before, after, errors, speeds, verdicts)
 
 
-def _true_rows(log: RunLog, world: World) -> np.ndarray:
-    """(k, 9) time, point, normal, velocity before and velocity after of each true impact."""
-    rows = []
-    for impact in log.true_impacts:
-        position, before, after = _true_motion(impact, log)
-        point, normal = nearest_surface(world, position)
-        rows.append([impact.stamp, *point, *normal, *before, *after])
-    return np.array(rows).reshape(-1, 9)
-
-
 def _measured_rows(log: RunLog, velocity_window: float) -> np.ndarray:
     """(k, 9) time, point, normal, velocity before and velocity after of each detected impact."""
     detected = log.detected_impacts if log.poses else []
     rows = [[*impact, *_measured_velocities(impact.stamp, log, velocity_window)] for impact in detected]
     return np.array(rows).reshape(-1, 9)
-
-
-def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity before and velocity after (2,) of a true impact, from the true poses before it.
-
-    Those after it do not serve: a ring that gives way still touches in them.
-    """
-    last = last_before(impact.stamp, log.truth)
-    earlier = _total_change(other for other in log.true_impacts if last.stamp < other.stamp < impact.stamp)
-    elapsed = impact.stamp - last.stamp
-    before = _velocity(last) + earlier + elapsed * _acceleration_until(last, log)
-    return _position(last) + before * elapsed, before, before + _change(impact)
-
-
-def _acceleration_until(last: PoseRow, log: RunLog) -> np.ndarray:
-    """Returns the wheels' acceleration (2,) [m/s^2] up to a true pose; zero where the ring may have touched."""
-    one_before = last_before(last.stamp, log.truth)
-    if any(one_before.stamp - TOUCH < other.stamp <= last.stamp for other in log.true_impacts):
-        return np.zeros(2)
-    interval = last.stamp - one_before.stamp
-    return (_velocity(last) - _velocity(one_before)) / interval if interval > 0.0 else np.zeros(2)
 
 
 def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> list[float]:
@@ -126,18 +91,6 @@ def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> 
     settled = min(_first_from(impact + SETTLED * velocity_window, log.poses), _first_from(later, log.poses) - 1)
     last = last_before(impact, log.poses)
     return [*_velocity(last), *_velocity(log.poses[max(settled, 0)])]
-
-
-def _change(impact: ImpactRecord) -> np.ndarray:
-    return np.array([impact.dvx, impact.dvy])
-
-
-def _total_change(impacts: Iterable[ImpactRecord]) -> np.ndarray:
-    return np.array([_change(impact) for impact in impacts]).reshape(-1, 2).sum(axis=0)
-
-
-def _position(row: PoseRow) -> np.ndarray:
-    return np.array([row.x, row.y])
 
 
 def _velocity(row: PoseRow) -> np.ndarray:

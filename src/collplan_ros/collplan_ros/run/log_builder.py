@@ -12,6 +12,7 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.scan import ScanError
 from collplan_core.state import State
+from collplan_ros.messages.cloud_reading import true_impact_from_message
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import (
@@ -19,8 +20,8 @@ from collplan_ros.messages.reading import (
     MessageError,
     check_finite,
     impact_contact_from_message,
-    impact_from_message,
     scan_from_message,
+    seconds_from_stamp,
     twist_of,
     velocity_from_twist,
 )
@@ -83,7 +84,7 @@ class LogBuilder:
         takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
             "ground_truth/odom": self._take_truth,
-            "ground_truth/impact": self._take_true_impact,
+            "ground_truth/impact/contact": self._take_true_impact,
             "impact/contact": self._take_detected_impact,
             "scan": self._take_scan,
             "plan": self._take_path,
@@ -169,9 +170,9 @@ class LogBuilder:
             self._log.truth.append(self._row(time, state, sent))
 
     def _take_true_impact(self, message: Any, _: float) -> None:
-        stamp, change = impact_from_message(message, self._frames.map)
-        if (time := self._time(stamp)) <= self._end.stamp:
-            self._log.true_impacts.append(ImpactRecord(time, *change.tolist()))
+        values = true_impact_from_message(message, self._frames.map)
+        if (time := self._time(seconds_from_stamp(message.header.stamp))) <= self._end.stamp:
+            self._log.true_impacts.append(ImpactRecord(time, *values))
 
     def _take_detected_impact(self, message: Any, _: float) -> None:
         contact = impact_contact_from_message(message, self._frames.map)

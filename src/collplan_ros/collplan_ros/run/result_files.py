@@ -59,7 +59,7 @@ def write_result_files(
     """
     with replacing(folder / TRAJECTORY) as path:
         write_trajectory(path, log)
-    impacts = impacts_of(log, world, settings.mocap.velocity_window)
+    impacts = impacts_of(log, settings.mocap.velocity_window)
     with replacing(folder / IMPACTS) as path:
         write_impacts(path, impacts, log.begin)
     timing = timing_of(log)

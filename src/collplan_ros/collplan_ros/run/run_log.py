@@ -94,11 +94,17 @@ class CommandRow(NamedTuple):
 
 
 class ImpactRecord(NamedTuple):
-    """A true impact: when, and the change of velocity [m/s, world frame]."""
+    """A true impact: when, point on the obstacle [m], unit normal out of it, velocities [m/s], world frame."""
 
     stamp: float
-    dvx: float
-    dvy: float
+    x: float
+    y: float
+    normal_x: float
+    normal_y: float
+    before_vx: float
+    before_vy: float
+    after_vx: float
+    after_vy: float
 
 
 class DetectedImpactRecord(NamedTuple):

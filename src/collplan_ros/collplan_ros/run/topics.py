@@ -40,6 +40,7 @@ RELIABLE: dict[str, type] = {
     "robot/resumed": Empty,
     "ground_truth/odom": Odometry,
     "ground_truth/impact": Vector3Stamped,
+    "ground_truth/impact/contact": PointCloud2,
     "/parameter_events": ParameterEvent,
 }
 LATCHED: dict[str, type] = {

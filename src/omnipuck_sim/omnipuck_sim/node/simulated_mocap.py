@@ -6,15 +6,18 @@ from dataclasses import replace
 from math import floor
 from time import monotonic
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import PointCloud2
 
 from collplan_core.clock_steps import ClockOffset
 from collplan_core.parameters import ParameterError, Settings, Simulation
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
+from collplan_ros.messages.planner_clouds import true_impact_to_message
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.node_parameters import on_change
@@ -70,6 +73,7 @@ class SimulatedMocap:
         self._pose_publisher = node.create_publisher(PoseStamped, "mocap/pose", POSE_PUBLISHED)
         self._odometry_publisher = node.create_publisher(Odometry, "ground_truth/odom", EVENT)
         self._impact_publisher = node.create_publisher(Vector3Stamped, "ground_truth/impact", EVENT)
+        self._contact_publisher = node.create_publisher(PointCloud2, "ground_truth/impact/contact", EVENT)
         self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
     def start(self, advance: Callable[[], object]) -> None:
@@ -173,4 +177,7 @@ class SimulatedMocap:
     def _publish_impact(self, impact: Impact) -> None:
         self.impacts += 1
         change = impact.velocity_after - impact.velocity_before
-        self._impact_publisher.publish(impact_to_message(self._epoch + impact.time, change, self._settings.frames.map))
+        stamp, frame = self._epoch + impact.time, self._settings.frames.map
+        self._impact_publisher.publish(impact_to_message(stamp, change, frame))
+        values = np.concatenate([impact.point, impact.normal, impact.velocity_before, impact.velocity_after]).tolist()
+        self._contact_publisher.publish(true_impact_to_message(values, stamp, frame))

@@ -60,7 +60,7 @@ def played(run: RecordedRun) -> PlayedRun:
         RunError: it has no poses, or summary.json has another form than bringup writes.
     """
     run.check_poses()
-    impacts = impacts_of(run.log, run.world, run.settings.mocap.velocity_window)
+    impacts = impacts_of(run.log, run.settings.mocap.velocity_window)
     title = run_title(run.world, run.settings, run.log.simulated)
     return PlayedRun(run, impacts, title, *_end(run.folder / "summary.json"))
 
