@@ -37,7 +37,7 @@ def test_what_is_said(need, seconds):
         assert said in str(lines)
 
 
-ODD, EVEN, QOS = "but of type Odd", "but of type Even", "but its QoS does not fit"
+ODD, EVEN, RARE = "but of type Odd", "but of type Even", "but of type Rare"
 
 
 @pytest.mark.parametrize(
@@ -54,11 +54,17 @@ ODD, EVEN, QOS = "but of type Odd", "but of type Even", "but its QoS does not fi
         # nothing where nobody publishes, or nobody publishes anything
         (EVENT, [(0, [], "")] * 4 + [(0, [""], "")] * 4),
         # as soon as it is there, and anew after it was gone
-        (STREAM, [(3, [""], COMES), (3, ["", QOS], QOS), (3, ["", QOS], ""), (3, [""], ""), (3, ["", QOS], QOS)]),
+        (
+            STREAM,
+            [(3, [""], COMES), (3, ["", RARE], RARE), (3, ["", RARE], ""), (3, [""], ""), (3, ["", RARE], RARE)],
+        ),
         # each obstacle with its own number of publishers
         (EVENT, [(0, [], ""), (0, [ODD, EVEN, ODD], f"scan: 2 publishers, {ODD}"), (0, [ODD, EVEN, ODD], "")]),
         (EVENT, [(0, [], ""), (0, [ODD, EVEN, ODD], f"scan: 1 publisher, {EVEN}")]),
-        (EVENT, [(0, [], ""), (0, [ODD, QOS], f"scan: 1 publisher, {QOS}"), (0, [ODD, ODD], f"2 publishers, {ODD}")]),
+        (
+            EVENT,
+            [(0, [], ""), (0, [ODD, RARE], f"scan: 1 publisher, {RARE}"), (0, [ODD, ODD], f"2 publishers, {ODD}")],
+        ),
         # that it ends is news although the other publisher has been told
         (STREAM, [(3, ["", ODD], ODD), (0, [ODD], ""), (0, [ODD], f"no scan: 1 publisher, {ODD}"), (0, [ODD], "")]),
         # a state whose publishers cannot be heard is not there

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSCompatibility, QoSProfile, qos_check_compatible
-from rclpy.topic_endpoint_info import TopicEndpointInfo
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from collplan_core.loop.refusals import Refusals
 from collplan_core.scan import ScanError
@@ -80,7 +79,7 @@ class Inputs:
         def obstacles() -> list[str]:
             expected = type_name(message_type)
             found = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
-            return [_obstacle(publisher, expected, qos) for publisher in found]
+            return [_why_never(publisher.topic_type, expected) for publisher in found]
 
         watch = InputWatch(name, need, obstacles)
         self._watches[topic] = watch
@@ -153,12 +152,9 @@ def type_name(message_type: type[Any]) -> str:
     return f"{package}/{kind}/{message_type.__name__}"
 
 
-def _obstacle(publisher: TopicEndpointInfo, expected: str, qos: QoSProfile) -> str:
-    if publisher.topic_type != expected:
-        remedy = " (controller.stamped_cmd_vel)" if {publisher.topic_type, expected} == TWISTS else ""
-        return f"but of type {publisher.topic_type}, expected {expected}{remedy}"
-    compatible, reason = qos_check_compatible(publisher.qos_profile, qos)
-    if compatible != QoSCompatibility.ERROR:
+def _why_never(found: str, expected: str) -> str:
+    """Returns why messages of a type never come; "" for the expected one. Of QoS that does not fit rclpy warns."""
+    if found == expected:
         return ""
-    faults = [part.split(": ", 1)[1] for part in reason.split(";") if part.startswith("ERROR: ")]
-    return "but its QoS does not fit: " + ", ".join(fault[0].lower() + fault[1:] for fault in faults)
+    remedy = " (controller.stamped_cmd_vel)" if {found, expected} == TWISTS else ""
+    return f"but of type {found}, expected {expected}{remedy}"
