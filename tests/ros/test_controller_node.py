@@ -20,11 +20,11 @@ from collplan_core.goal import Goal
 from collplan_core.parameters import Limits
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
-from collplan_ros.messages.goal_status import goal_to_status
 from collplan_ros.messages.plan_trajectory import plan_to_trajectory
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED, NEWEST
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.reading import GOAL_STATUS
+from collplan_ros.messages.states import goal_to_status
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.heartbeat import PERIOD
 from fake_robot import FakeRobot, hall

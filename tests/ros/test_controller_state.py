@@ -6,7 +6,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from collplan_core.command import FREE_SPACE, MANEUVERS, STOPPED
 from collplan_core.control.activity import ACTIVITIES, BOUNCE, Activity
-from collplan_ros.messages.controller_state import activity_to_message
+from collplan_ros.messages.states import activity_to_message
 
 
 def test_the_message_says_what_why_and_by_which_plan():

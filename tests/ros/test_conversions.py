@@ -23,7 +23,7 @@ from collplan_core.sensing.pose_deviations import Deviations
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages import reading as r
-from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.conversions import command_to_message, command_type
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import scan_from_message, suspiciously_near, twist_of
 

@@ -28,9 +28,8 @@ from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.log_builder import BYTES_TOPICS, LogBuilder
 from collplan_ros.run.recorded_run import take_mark
 from collplan_ros.run.recorder import Recorder
+from collplan_ros.run.result_files import summarize, write_trajectory
 from collplan_ros.run.run_log import RunLog
-from collplan_ros.run.summary import summarize
-from collplan_ros.run.trajectory_file import write_trajectory
 
 STAMP, WALL_CLOCK = 50.0, 1.7e9
 FIRST_MOVE, ARRIVAL = 0.5, 2.0

@@ -13,7 +13,7 @@ from collplan_ros.replay.report import REFUSED, SAME
 from collplan_ros.run.completion import complete
 from collplan_ros.run.page.beside import main as beside
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_error import RunError
+from collplan_ros.run.whole_file import RunError
 
 RECORDED = Path(__file__).parents[1] / "frozen" / "runs" / "simulated"
 CUTS = {

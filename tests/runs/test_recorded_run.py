@@ -21,9 +21,8 @@ from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.log_builder import LogBuilder
 from collplan_ros.run.page.played_run import played
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_error import RecordError, RunError
 from collplan_ros.run.run_log import RunLog
-from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.whole_file import RecordError, RunError, replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_recording
 

@@ -15,11 +15,10 @@ from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
 from collplan_ros.replay.main import main
 from collplan_ros.run.completion import KILLED, complete, complete_newest
-from collplan_ros.run.folder_lock import FolderLock
 from collplan_ros.run.reader import attachment, raw_messages
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.result_files import SUMMARY
-from collplan_ros.run.run_error import RunError
+from collplan_ros.run.whole_file import FolderLock, RunError
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_recordings import TOPICS, MadeRecording, String, point
 from made_runs import bouncing_run, room, write_recording

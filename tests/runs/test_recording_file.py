@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
 from collplan_ros.run.reader import attachment, description, messages, raw_messages
-from collplan_ros.run.run_error import RecordError, RunError
+from collplan_ros.run.whole_file import RecordError, RunError
 from collplan_ros.run.writer import RECORDING, RecordingFile
 from made_recordings import EPOCH, POINT, TOPICS, MadeRecording, point, sent
 

@@ -13,13 +13,11 @@ from collplan_ros.bringup.main import make_pictures, write_results
 from collplan_ros.bringup.options import ROBOTS
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.run.folder_lock import FolderLock
 from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.recorded_run import RecordedRun
-from collplan_ros.run.result_files import PICTURE, SUMMARY, TRAJECTORY
+from collplan_ros.run.result_files import COLUMNS, PICTURE, SUMMARY, TRAJECTORY, summarize, write_trajectory
 from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentManeuver, SentReference
-from collplan_ros.run.summary import summarize
-from collplan_ros.run.trajectory_file import COLUMNS, write_trajectory
+from collplan_ros.run.whole_file import FolderLock
 from made_runs import EPOCH, GOAL, HIT_AT, RADIUS, SPEED, WINDOW, bouncing_run, detected_only, room
 
 

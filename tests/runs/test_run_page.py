@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from collplan_ros.replay.main import main
 from collplan_ros.run.page import write_run_page
 from collplan_ros.run.page.run_frames import LATEST, Event, frames_of, thinned
-from collplan_ros.run.run_error import RunError
 from collplan_ros.run.run_log import PoseRow, RunLog
+from collplan_ros.run.whole_file import RunError
 from collplan_ros.run.writer import RECORDING
 from made_runs import EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
 from played_folders import newest, played_folder, poses_in, recording_in

@@ -16,10 +16,10 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.worlds import load_world
 from collplan_ros.messages import conversions, reading
-from collplan_ros.messages.goal_status import goal_from_status, goal_to_status
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.states import goal_from_status, goal_to_status
 from collplan_ros.nodes import controller_node, planner_node
 from collplan_ros.nodes.controller_node import ControllerNode
 from omnipuck_sim import trial

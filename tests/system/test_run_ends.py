@@ -20,8 +20,8 @@ from collplan_ros.run.completion import KILLED, complete
 from collplan_ros.run.description import END
 from collplan_ros.run.reader import description, raw_messages
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_error import RunError
 from collplan_ros.run.run_log import RunLog
+from collplan_ros.run.whole_file import RunError
 from collplan_ros.run.writer import RECORDING
 
 AT_REST = 0.03

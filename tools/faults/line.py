@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import count
 from operator import methodcaller
 
-from collplan_ros.messages.robot_state import FREE, HELD, STOPPED
+from collplan_ros.messages.states import FREE, HELD, STOPPED
 from faults.fault import NOTHING, Act, Fault, Measured
 from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import WAIT, no_motion_since, wheels_stop, why_followed_again

@@ -24,7 +24,7 @@ from collplan_ros.bringup.preparation import find_executable, prepare
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.messages.robot_state import FREE
+from collplan_ros.messages.states import FREE
 from collplan_ros.node_kit.diagnostics import ERROR
 from faults.bench import Bench, BenchError
 from faults.fault import Act

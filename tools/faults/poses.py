@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from collplan_ros.messages.robot_state import FREE
+from collplan_ros.messages.states import FREE
 from faults.fault import Act, Fault, Measured
 from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import WAIT, Measure, commanded_to_stand

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist
 from rclpy.node import Node
 
 from collplan_ros.messages.qos import NEWEST
-from collplan_ros.messages.robot_state import HELD, STOPPED
+from collplan_ros.messages.states import HELD, STOPPED
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import no_motion_since, robot_stops, wheels_stop

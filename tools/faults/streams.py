@@ -19,7 +19,7 @@ from std_msgs.msg import Empty, String
 from collplan_core.clock_steps import SendTimes
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.messages.status_values import values_of
-from collplan_ros.node_kit.message_info import with_info
+from collplan_ros.node_kit.inputs import with_info
 
 KEPT = 20_000
 """Messages kept of each stream."""

@@ -12,7 +12,7 @@ from collplan_ros.node_kit.diagnostics import ERROR, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.nodes.caps import LIVE, check_caps
+from collplan_ros.nodes.command_check import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_driver.command_rate import check_command_rate
 from omnipuck_driver.held_command import HeldCommand

@@ -16,10 +16,10 @@ from collplan_ros.bringup.options import COMMANDER, PLANNER, Options
 from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.messages.goal_status import NUMBERS
+from collplan_ros.messages.states import NUMBERS
 from collplan_ros.run.recorder import GoalReport
-from collplan_ros.run.run_error import RecordError
 from collplan_ros.run.run_log import PoseRow
+from collplan_ros.run.whole_file import RecordError
 
 OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.items()}
 """Outcome of a run by the final status of its goal, one of GoalStatus.STATUS_*."""

@@ -25,11 +25,9 @@ from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
 from collplan_ros.run.recorded_run import RecordedRun, read_run
-from collplan_ros.run.result_files import PICTURE, Results, write_result_files
-from collplan_ros.run.run_error import RecordError, RunError
+from collplan_ros.run.result_files import PICTURE, Results, counted_impacts, write_result_files
 from collplan_ros.run.run_log import RunLog
-from collplan_ros.run.summary import counted_impacts
-from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.whole_file import RecordError, RunError, replacing
 
 BESIDE = 0.8
 """Shown of an unknown world beside the robot's way [m]."""

@@ -17,7 +17,7 @@ from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.interruptions import Interruptions, is_interrupted
 from collplan_ros.bringup.paced_commands import PacedCommands, PacedMotion
-from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.conversions import command_to_message, command_type
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.status_values import values_of

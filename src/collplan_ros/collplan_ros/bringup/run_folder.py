@@ -12,7 +12,7 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.run.description import PARAMETERS
-from collplan_ros.run.folder_lock import FolderLock
+from collplan_ros.run.whole_file import FolderLock
 from collplan_ros.run.writer import RECORDING
 
 

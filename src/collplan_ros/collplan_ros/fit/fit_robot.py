@@ -19,7 +19,7 @@ from collplan_ros.fit.recorded_path import FittedRun, fitted_run
 from collplan_ros.run.description import RUN
 from collplan_ros.run.reader import description
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_error import RunError
+from collplan_ros.run.whole_file import RunError
 from collplan_ros.run.writer import RECORDING
 
 REFUSED = 2

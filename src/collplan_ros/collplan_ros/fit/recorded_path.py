@@ -9,7 +9,7 @@ from collplan_core.parameters import Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World
 from collplan_ros.run.recorded_run import RecordedRun
-from collplan_ros.run.run_error import RunError
+from collplan_ros.run.whole_file import RunError
 
 
 @dataclass(frozen=True, eq=False)

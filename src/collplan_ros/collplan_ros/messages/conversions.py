@@ -1,7 +1,6 @@
 """Conversion between the project's records and ROS messages: stamps, poses, impacts, scans and commands.
 
-Messages are read in `reading` where their attributes suffice. Plans are filled in `plans`, the controller's state in
-`controller_state`, the poses of a motion-capture system in `mocap_formats`.
+Messages are read in `reading` where their attributes suffice.
 
 Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends garbage
 for an int or a numpy scalar in a float field.
@@ -12,23 +11,20 @@ from array import array
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped, Quaternion, Twist, Vector3, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Quaternion, Twist, TwistStamped, Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from collplan_core.command import Command
+from collplan_core.parameters import Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import EXACT, Deviations
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
-from collplan_ros.messages.reading import (
-    NANOSECONDS,
-    check_finite,
-    check_frame,
-)
+from collplan_ros.messages.reading import NANOSECONDS, check_finite, check_frame
 
 UNMEASURED = 1e6
 """Variance of unmeasured fields of an Odometry, which are 0: height, roll and pitch, and their rates; in SI units."""
@@ -157,3 +153,16 @@ def command_to_twist(command: Command) -> Twist:
 def asks_for_rest(twist: Twist) -> bool:
     """Returns whether a twist commands zero velocity and yaw rate."""
     return bool(twist.linear.x == twist.linear.y == twist.angular.z == 0.0)
+
+
+def command_type(settings: Settings) -> type[Twist] | type[TwistStamped]:
+    """The message type of cmd_vel."""
+    return TwistStamped if settings.controller.stamped_cmd_vel else Twist
+
+
+def command_to_message(command: Command, stamp: float, settings: Settings) -> Twist | TwistStamped:
+    """A command as a message for cmd_vel; a TwistStamped carries the stamp [s, poses' clock]."""
+    twist = command_to_twist(command)
+    if settings.controller.stamped_cmd_vel:
+        return TwistStamped(header=header(stamp, settings.frames.base), twist=twist)
+    return twist

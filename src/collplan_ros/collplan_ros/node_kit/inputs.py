@@ -1,6 +1,7 @@
 """The subscriptions of a node, and its log lines about them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import wraps
 from typing import Any
 
 from rclpy.node import Node
@@ -12,7 +13,24 @@ from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import steady_clock
 from collplan_ros.node_kit.input_watch import COMES, STREAM, InputWatch, counted
-from collplan_ros.node_kit.message_info import Info, with_info
+
+Info = Mapping[str, Any]
+"""source_timestamp [ns, wall clock of the sender], publication_sequence_number and more, by name."""
+Take = Callable[[Any, Info], None]
+"""Takes a message and DDS's information on it."""
+
+
+def with_info(take: Take) -> Take:
+    """The callback to subscribe with, under whichever executor."""
+
+    # rclpy counts the parameters, which `wraps` shows. EventsExecutor (rclpy 7.1.6) gives the two as one tuple
+    @wraps(take)
+    def taking(*given: Any) -> None:
+        message, info = given[0] if len(given) == 1 else given
+        take(message, info)
+
+    return taking
+
 
 TWISTS = {"geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"}
 ONLY_OTHERS = "but its messages hold nothing for this node"

@@ -5,7 +5,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
-from collplan_ros.node_kit.message_info import Info, Take, with_info
+from collplan_ros.node_kit.inputs import Info, Take, with_info
 
 
 class ShownTopics:

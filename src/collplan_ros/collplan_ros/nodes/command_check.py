@@ -1,4 +1,4 @@
-"""Checks of received velocity commands, shared by the simulated and the real robot."""
+"""Checks and limits of the commands that a robot follows."""
 
 import math
 
@@ -7,7 +7,23 @@ from geometry_msgs.msg import Twist
 
 from collplan_core.control.tracking import clip_command, saturate
 from collplan_core.parameters import Settings
+from collplan_core.parameters.spec import ParameterError
 from collplan_ros.messages.reading import MessageError, velocity_from_twist
+
+LIVE = ("robot.max_speed",)
+"""The parameters of a robot's node that may change while it runs."""
+
+
+def check_caps(settings: Settings) -> None:
+    """Checks that the speed commanded at most is within the cap.
+
+    Raises:
+        ParameterError: it is not.
+    """
+    speed, cap = settings.robot.max_speed, settings.cap.speed
+    if speed > cap:
+        raise ParameterError(f"robot.max_speed: got {speed:g}, expected at most cap.speed, {cap:g} m/s")
+
 
 REFUSED = "last command refused: not finite or too fast"
 """Health message of a robot whose last command was refused."""

@@ -23,9 +23,9 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
-from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.states import goal_from_status
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.diagnostics import OK, WARN, Health
@@ -34,8 +34,7 @@ from collplan_ros.node_kit.input_watch import EVENT, STATE
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.nodes.control_period import ControlPeriod
-from collplan_ros.nodes.controller_outputs import ControllerOutputs
+from collplan_ros.nodes.controller_outputs import ControllerOutputs, ControlPeriod
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 from collplan_ros.nodes.teleop_input import TeleopInput

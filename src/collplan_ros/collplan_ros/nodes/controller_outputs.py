@@ -1,8 +1,10 @@
-"""Outputs of controller_node each period, and its line at the terminal when its activity changes."""
+"""Outputs of controller_node each period, its line at the terminal when its activity changes, and its statistics."""
 
 import math
+from collections import deque
 from dataclasses import replace
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Point, PointStamped
 from rclpy.node import Node
@@ -13,10 +15,36 @@ from collplan_core.control.activity import Activity, describe
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
-from collplan_ros.messages.cmd_vel import command_to_message, command_type
-from collplan_ros.messages.controller_state import activity_to_message
-from collplan_ros.messages.conversions import header
+from collplan_ros.messages.conversions import command_to_message, command_type, header
+from collplan_ros.messages.states import activity_to_message
 from collplan_ros.node_kit.run_node import publish_acknowledged
+
+
+class ControlPeriod:
+    """Percentiles of the time between successive commands."""
+
+    def __init__(self, kept: int = 1200) -> None:
+        """Keeps the last `kept` periods; the default is a minute at 20 Hz."""
+        self._periods: deque[float] = deque(maxlen=kept)
+        self._last: float | None = None
+
+    def tick(self, local: float) -> None:
+        """Registers a command sent at `local` [s, local clock]."""
+        if self._last is not None:
+            self._periods.append(local - self._last)
+        self._last = local
+
+    @property
+    def values(self) -> dict[str, object]:
+        """Values of a `Health`: p50 and p99 [ms], and the number of periods n."""
+        if not self._periods:
+            return {"control_period_ms.n": 0}
+        p50, p99 = np.percentile(self._periods, [50, 99])
+        return {
+            "control_period_ms.p50": 1e3 * float(p50),
+            "control_period_ms.p99": 1e3 * float(p99),
+            "control_period_ms.n": len(self._periods),
+        }
 
 
 class ControllerOutputs:

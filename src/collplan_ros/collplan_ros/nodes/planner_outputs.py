@@ -16,15 +16,40 @@ from collplan_core.goal import Goal
 from collplan_core.loop.decisions import INFO, WARNING, Cycle, Decision, Notice
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
+from collplan_core.plan import Plan
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
-from collplan_ros.messages.goal_status import goal_to_status
+from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.plan_trajectory import plan_to_trajectory
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_layers, seen_to_message
 from collplan_ros.messages.raw_writing import plan_to_path
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.messages.states import goal_to_status
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health, status_message
 from collplan_ros.node_kit.run_node import publish_acknowledged
-from collplan_ros.nodes.cost_report import costs_message
+
+
+def costs_message(name: str, plan: Plan, planning_time: float, strategy: str) -> DiagnosticArray:
+    """Message with each cost term of the chosen candidate, candidate counts before and after pruning, planning time.
+
+    Args:
+        name: full name of the publishing node.
+        plan: the plan of the cycle; its stamp is the message's.
+        planning_time: duration of the cycle [s], given in ms in the message.
+        strategy: name of the planner's strategy.
+    """
+    values: dict[str, object] = {
+        "planning_time_ms": 1e3 * planning_time,
+        "candidates": len(plan.candidates.costs),
+        "candidates_before_pruning": plan.n_before_pruning,
+        "foreseen_contacts": len(plan.contacts.times),
+        "hardest_contact": plan.contacts.hardest,
+        **plan.terms,
+        "strategy": strategy,
+    }
+    message = DiagnosticArray(status=[status_message(name, Health(OK, "costs of the choice", values))])
+    message.header.stamp = stamp_from_seconds(plan.stamp)
+    return message
+
 
 MARKERS_PERIOD = 0.2
 """Shortest time between two sets of markers, which take as long to make as a plan [s]."""

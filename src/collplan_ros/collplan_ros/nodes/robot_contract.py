@@ -18,11 +18,10 @@ from std_srvs.srv import Trigger
 from collplan_core.ages import SmallestDelay, StallGuard
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.parameters import Settings
-from collplan_ros.messages.cmd_vel import command_type
-from collplan_ros.messages.goal_status import goal_from_status
+from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
 from collplan_ros.messages.reading import twist_of
-from collplan_ros.messages.robot_state import FREE, HELD, STOPPED
+from collplan_ros.messages.states import FREE, HELD, STOPPED, goal_from_status
 from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.clock import SteadyTimes, Times, steady_clock
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health

@@ -4,7 +4,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from collplan_ros.messages import qos
-from collplan_ros.messages.robot_state import FREE, HELD
+from collplan_ros.messages.states import FREE, HELD
 from collplan_ros.node_kit.clock import steady_clock
 
 AGAIN = 1.0

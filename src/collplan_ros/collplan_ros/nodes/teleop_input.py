@@ -9,8 +9,7 @@ from rclpy.node import Node
 
 from collplan_core.ages import SenderAge
 from collplan_core.parameters import Settings
-from collplan_ros.messages.cmd_vel import command_type
-from collplan_ros.messages.conversions import asks_for_rest
+from collplan_ros.messages.conversions import asks_for_rest, command_type
 from collplan_ros.messages.qos import NEWEST
 from collplan_ros.messages.reading import twist_of
 from collplan_ros.node_kit.clock import seconds, steady_clock

@@ -17,7 +17,7 @@ from collplan_core.ages import SenderAge
 from collplan_core.command import HAND, Command, stopped
 from collplan_core.control.joystick import DebouncedButton, JoyState, StickError, check_stick, velocity_of
 from collplan_core.parameters import Frames, Teleop
-from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.conversions import command_to_message, command_type
 from collplan_ros.messages.qos import EVERY_UNRELIABLE, NEWEST
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.clock import seconds, steady_clock

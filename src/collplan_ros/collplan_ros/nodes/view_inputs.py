@@ -24,12 +24,11 @@ from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
 from collplan_ros.messages import qos
 from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
-from collplan_ros.messages.cmd_vel import command_type
-from collplan_ros.messages.conversions import goal_from_message
-from collplan_ros.messages.goal_status import goal_from_status
+from collplan_ros.messages.conversions import command_type, goal_from_message
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import impact_contact_from_message, scan_from_message
+from collplan_ros.messages.states import goal_from_status
 from collplan_ros.messages.status_values import real_time_factor
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.node_kit.shown_topics import ShownTopics

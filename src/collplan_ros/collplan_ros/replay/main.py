@@ -19,7 +19,7 @@ from collplan_ros.replay.report import INTERRUPTED, REFUSED, SAME, exit_code, sa
 from collplan_ros.run.completion import complete
 from collplan_ros.run.page import write_run_page
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_error import RecordError, RunError
+from collplan_ros.run.whole_file import RecordError, RunError
 from collplan_ros.run.writer import RECORDING
 
 DESCRIPTION = """\

@@ -13,12 +13,10 @@ from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message
 from mcap.writer import Writer
 
 from collplan_ros.run.description import BEGIN, PARAMETERS
-from collplan_ros.run.folder_lock import FolderLock
 from collplan_ros.run.reader import attachment, description, is_whole, records
 from collplan_ros.run.recorded_run import NANO, read_run
 from collplan_ros.run.result_files import IMPACTS, SUMMARY, TRAJECTORY, write_result_files
-from collplan_ros.run.run_error import RunError
-from collplan_ros.run.whole_file import has_end, replacing
+from collplan_ros.run.whole_file import FolderLock, RunError, has_end, replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
 
 KILLED, WHY_KILLED = "killed", "bringup ended before the run did"

@@ -12,8 +12,7 @@ from rclpy.subscription import Subscription
 
 from collplan_core.clock_steps import SendTimes
 from collplan_ros.messages.qos import EVERY_ONE
-from collplan_ros.run.offered_qos import offered_qos
-from collplan_ros.run.schemas import schema_text, type_name
+from collplan_ros.run.schemas import offered_qos, schema_text, type_name
 from collplan_ros.run.topics import RecordedTopic
 from collplan_ros.run.writer import RecordingFile
 

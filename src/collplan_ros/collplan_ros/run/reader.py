@@ -12,7 +12,7 @@ from mcap.well_known import MessageEncoding
 from mcap_ros2.decoder import DecoderFactory
 
 from collplan_ros.run.description import RUN
-from collplan_ros.run.run_error import RunError
+from collplan_ros.run.whole_file import RunError
 
 MAGIC = b"\x89MCAP0\r\n"
 """Bytes at the beginning and end of a file in the MCAP format."""

@@ -16,9 +16,8 @@ from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
 from collplan_ros.run.log_builder import BYTES_TOPICS, End, LogBuilder
 from collplan_ros.run.reader import attachment, description, entries, is_whole
-from collplan_ros.run.run_error import RunError
 from collplan_ros.run.run_log import RunLog, SentGoal
-from collplan_ros.run.whole_file import has_end
+from collplan_ros.run.whole_file import RunError, has_end
 from collplan_ros.run.writer import RECORDING
 
 NANO = 10**9

@@ -19,7 +19,7 @@ from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
 from collplan_ros.messages.reading import scan_from_message, twist_of, velocity_from_twist
-from collplan_ros.messages.robot_state import HELD, STOPPED
+from collplan_ros.messages.states import HELD, STOPPED
 from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL

@@ -1,22 +1,150 @@
 """The result files of a run: trajectory, impacts and summary."""
 
+import csv
 import json
-from collections.abc import Mapping
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from collplan_core.evaluation.machine import machine_verdict
-from collplan_core.parameters import Settings
+from collplan_core.evaluation.machine import Timing, machine_verdict
+from collplan_core.evaluation.path_length import measured_path_length, path_length
+from collplan_core.evaluation.run_end import REACHED
+from collplan_core.parameters import Settings, all_specs
 from collplan_core.worlds import World
 from collplan_ros.run.impacts import Impacts, impacts_of, write_impacts
-from collplan_ros.run.run_log import RunLog
-from collplan_ros.run.run_timing import timing_of
-from collplan_ros.run.summary import assumed_constants, summarize
-from collplan_ros.run.trajectory_file import write_trajectory
+from collplan_ros.run.run_log import PoseRow, RunLog
 from collplan_ros.run.whole_file import replacing
+
+
+def timing_of(log: RunLog) -> Timing:
+    """Timing of a run, from its first command to move to its end.
+
+    The gap is the longest time between two commands, which their sender's middleware stamps. Where simulated time waits
+    for the nodes there is none.
+    """
+    begin = log.time_zero
+    poses = [pose for pose in log.poses if begin is not None and pose.stamp >= begin]
+    simulated_time = poses[-1].stamp - poses[0].stamp if poses else 0.0
+    passed = poses[-1].sent - poses[0].sent if poses else 0.0
+    factor = simulated_time / passed if log.simulated and passed > 0.0 else None
+    if log.pace == 0.0:
+        return Timing(factor)
+    sent = [command.sent for command in log.commands if begin is not None and command.stamp >= begin]
+    return Timing(factor, float(np.diff(sent).max(initial=0.0)))
+
+
+COLUMNS = ("t", "x", "y", "yaw", "vx", "vy", "cmd_vx", "cmd_vy", "cmd_wz", "ref_x", "ref_y", "maneuver")
+UNKNOWN = math.nan
+
+
+def write_trajectory(path: Path, log: RunLog) -> None:
+    """Writes one row per pose: pose and velocity in the world frame, last command in the robot's frame, tracked point.
+
+    t counts from the first non-zero command, so arrival_time_s is the last t of a run that reached its goal and lost no
+    pose. Commands, points and maneuvers hold from the time they were sent, not received; the rows are therefore written
+    after the run.
+    """
+    begin = log.begin
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for pose in log.poses:
+            numbers = (pose.stamp - begin, *pose[1:6], *_commanded(pose, log))
+            writer.writerow([*(f"{number:.6f}" for number in numbers), log.maneuver_at(pose.sent)])
+
+
+def _commanded(pose: PoseRow, log: RunLog) -> tuple[float, ...]:
+    command, reference = log.command_at(pose.sent), log.reference_at(pose.sent)
+    return (*(command[1:] if command else (UNKNOWN,) * 3), *(reference[1:] if reference else (UNKNOWN,) * 2))
+
+
+CHOSEN = ("simulator.world", "simulator.seed")
+"""Parameters of the simulator that are no assumptions about the robot."""
+
+
+def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, settings: Settings) -> dict[str, Any]:
+    """The figures of a run, ready for JSON.
+
+    They cover the time from the first non-zero command to the end of the log; a run that reached its goal ends with the
+    first pose within goal_tolerance. The rebound error is the median over the impacts that the last plan before each
+    foresaw. Impacts and plans above limits.impact_speed are counted by the speed into the obstacle. Maneuvers are
+    counted in control periods. The control period and the time of the first command come from the controller's
+    middleware, which stamps its messages, so that the load of bringup does not affect them. Where simulated time waits
+    for the nodes, the control period is one of simulated time.
+    """
+    begin, limit = log.time_zero, settings.limits.impact_speed
+    commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
+    return {
+        "outcome": outcome,
+        "reached": outcome == REACHED,
+        "arrival_time_s": log.arrival - begin if outcome == REACHED and begin is not None else None,
+        "path_length_m": _length(log, begin),
+        "path_length_source": "ground_truth" if log.truth else "mocap poses, low-passed at 5 Hz, resampled at 20 Hz",
+        "impacts": len(impacts),
+        "impacts_foreseen": int(impacts.verdicts.foreseen.sum()),
+        "impacts_deliberate": int(impacts.verdicts.deliberate.sum()),
+        "impacts_above_impact_speed": int((impacts.speeds > limit).sum()),
+        "hardest_impact_m_s": float(impacts.speeds.max(initial=0.0)),
+        "plans_above_impact_speed": sum(costs.get("hardest_contact", 0.0) > limit for costs in log.costs),
+        "rebound_direction_error_deg": _median(np.degrees(impacts.direction_errors)),
+        "goal": [float(value) for value in goal],
+        "strategy": settings.planner.strategy,
+        "plan_time_ms": _percentiles([costs["planning_time_ms"] for costs in log.costs if "planning_time_ms" in costs]),
+        "control_period_ms": _percentiles(1e3 * np.diff([c.sent if log.pace else c.stamp for c in commands])),
+        "candidates": {
+            "mean": _mean(log, "candidates"),
+            "before_pruning_mean": _mean(log, "candidates_before_pruning"),
+        },
+        "maneuvers": dict(Counter(c.maneuver for c in commands)),
+    }
+
+
+def assumed_constants(settings: Settings, simulated: bool) -> dict[str, Any]:
+    """Values, by key, of all parameters documented as assumed, and of the simulator where the robot is simulated."""
+    values = settings.values()
+
+    def is_assumed(key: str, doc: str) -> bool:
+        if key.startswith("simulator."):
+            return simulated and key not in CHOSEN
+        return "(assumed)" in doc
+
+    return {key: values[key] for key, spec in all_specs().items() if is_assumed(key, spec.doc)}
+
+
+def _length(log: RunLog, begin: float | None) -> float:
+    if begin is None:
+        return 0.0
+    rows = np.array([row[:3] for row in log.track if begin <= row.stamp]).reshape(-1, 3)
+    return path_length(rows[:, 1:]) if log.truth else measured_path_length(rows[:, 0], rows[:, 1:])
+
+
+def _percentiles(values: Sequence[float] | np.ndarray) -> dict[str, Any]:
+    if len(values) == 0:
+        return {"p50": None, "p99": None, "n": 0}
+    p50, p99 = np.percentile(values, [50, 99])
+    return {"p50": float(p50), "p99": float(p99), "n": len(values)}
+
+
+def _median(values: np.ndarray) -> float | None:
+    """Median of the finite values; None where there are none."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else None
+
+
+def _mean(log: RunLog, key: str) -> float | None:
+    values = [costs[key] for costs in log.costs if key in costs]
+    return float(np.mean(values)) if values else None
+
+
+def counted_impacts(number: int) -> str:
+    """Number of impacts in words: "1 impact", "2 impacts"."""
+    return f"{number} impact{'' if number == 1 else 's'}"
+
 
 TRAJECTORY, IMPACTS, SUMMARY, PICTURE = "trajectory.csv", "impacts.csv", "summary.json", "trajectory.png"
 

@@ -20,7 +20,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_ros.messages.cmd_vel import command_type
+from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.mocap_formats import message_type
 from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, EVERY_UNRELIABLE
 

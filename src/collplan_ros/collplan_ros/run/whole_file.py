@@ -1,11 +1,42 @@
-"""Files that are there whole or not at all."""
+"""Files and folders of runs: there whole or not at all, locked while they are written, and the errors of those."""
 
+import fcntl
 import os
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from collplan_ros.run.run_error import RecordError
+
+class RunError(ValueError):
+    """Error of a run that cannot be read; the text names its folder or file, and what was expected."""
+
+
+class RecordError(RuntimeError):
+    """Error of a file of a run that cannot be written; the text names it and the reason."""
+
+    def __init__(self, path: Path, error: OSError) -> None:
+        """Says which file, and why."""
+        super().__init__(f"{path}: cannot be written: {error.strerror or error}")
+
+
+class FolderLock:
+    """Held from its construction until it is closed, or its process ends, whatever ends it.
+
+    Raises:
+        BlockingIOError: on construction, another holds it.
+        OSError: on construction, the folder cannot be read, or is where a file system knows no locks.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Takes the lock."""
+        descriptor = os.open(folder, os.O_RDONLY)
+        self.close = weakref.finalize(self, os.close, descriptor)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self.close()
+            raise
 
 
 def has_end(path: Path) -> bool:

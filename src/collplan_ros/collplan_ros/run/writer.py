@@ -9,7 +9,7 @@ from typing import IO, cast
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import LIBRARY_IDENTIFIER, Writer
 
-from collplan_ros.run.run_error import RecordError
+from collplan_ros.run.whole_file import RecordError
 
 RECORDING = "run.mcap"
 LIBRARY = f"collplan, {LIBRARY_IDENTIFIER}"

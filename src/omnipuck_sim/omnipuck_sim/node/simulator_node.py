@@ -13,7 +13,7 @@ from collplan_ros.node_kit.diagnostics import Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.nodes.caps import LIVE, check_caps
+from collplan_ros.nodes.command_check import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_sim.node.pacing import RealTimeFactor
 from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, SimulatedMocap

@@ -9,7 +9,7 @@ from collplan_core.command_line import examples
 from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_page import write_page
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_error import RecordError, RunError
+from collplan_ros.run.whole_file import RecordError, RunError
 
 REFUSED = 2
 """Exit code of a request that cannot be fulfilled."""

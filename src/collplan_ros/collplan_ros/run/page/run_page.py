@@ -11,8 +11,7 @@ from collplan_ros.run.page.one_file import one_file, packed
 from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_frames import Frame, frames_of, thinned
 from collplan_ros.run.recorded_run import RecordedRun, read_run
-from collplan_ros.run.run_error import RunError
-from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.whole_file import RunError, replacing
 from collplan_ros.view import scene
 
 PAGE = "run.html"

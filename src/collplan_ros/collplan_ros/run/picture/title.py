@@ -5,7 +5,7 @@ from typing import Any
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
-from collplan_ros.run.summary import counted_impacts
+from collplan_ros.run.result_files import counted_impacts
 
 LONGEST = 120
 """Characters of a world's name that are shown."""
