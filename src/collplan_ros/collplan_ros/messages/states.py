@@ -1,0 +1,65 @@
+"""The topics goal_status, controller/state and robot/state: what planner, controller and robot are about."""
+
+import numpy as np
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+from collplan_core.command import STOPPED as STANDS
+from collplan_core.control.activity import Activity
+from collplan_core.goal import NO_GOAL, Goal
+from collplan_ros.messages.conversions import stamp_from_seconds
+from collplan_ros.messages.reading import GOAL_STATUS, seconds_from_stamp
+
+FREE, HELD, STOPPED = "free", "held", "stopped"
+"""It follows commands; it waits for a person; its emergency stop is latched."""
+
+
+NUMBERS = {name: number for number, name in GOAL_STATUS.items()}
+"""Status as GoalStatus has it, by that of a `Goal`."""
+
+
+def goal_to_status(goal: Goal) -> GoalStatus:
+    """Message with a goal's identity, stamp and status; it does not carry the position."""
+    message = GoalStatus(status=NUMBERS[goal.status])
+    message.goal_info.goal_id.uuid = np.frombuffer(goal.id, dtype=np.uint8)
+    message.goal_info.stamp = stamp_from_seconds(goal.stamp)
+    return message
+
+
+def goal_from_status(message: GoalStatus) -> Goal:
+    """The goal that a message is about, with position NaN; a status that no goal here has counts as no goal."""
+    identity = bytes(bytearray(message.goal_info.goal_id.uuid))
+    stamp = seconds_from_stamp(message.goal_info.stamp)
+    return Goal(identity, stamp, np.full(2, np.nan), GOAL_STATUS.get(int(message.status), NO_GOAL))
+
+
+def activity_to_message(
+    activity: Activity, maneuver: str, plan_stamp: float | None, is_to_move: bool, source: str
+) -> DiagnosticStatus:
+    """Message of an activity; a warning where the robot stands still although it is to move.
+
+    Args:
+        activity: activity of the controller.
+        maneuver: maneuver of its command, one of `collplan_core.command.MANEUVERS`.
+        plan_stamp: stamp of the plan in force [s, poses' clock]; None without one.
+        is_to_move: whether the robot is to go to a goal, or where a hand drives it.
+        source: full name of the controller's node.
+    """
+    values = {
+        "maneuver": maneuver,
+        "activity": activity.name,
+        "reason": activity.reason,
+        "plan_stamp": "none" if plan_stamp is None else _printed(plan_stamp),
+    }
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN if is_to_move and activity.name == STANDS else DiagnosticStatus.OK,
+        name=str(source),
+        message=activity.reason,
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
+
+
+def _printed(seconds: float) -> str:
+    """A stamp [s] with its nanoseconds, as in the header of the plan."""
+    stamp = stamp_from_seconds(seconds)
+    return f"{stamp.sec}.{stamp.nanosec:09d}"
