@@ -20,7 +20,8 @@ from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.states import goal_from_status, goal_to_status
-from collplan_ros.nodes import controller_node, planner_node
+from collplan_ros.node_kit import graph_node
+from collplan_ros.nodes import planner_node
 from collplan_ros.nodes.controller_node import ControllerNode
 from omnipuck_sim import trial
 
@@ -121,8 +122,7 @@ class Nodes:
 
     def __init__(self, ros, strategy, monkeypatch):
         self.local, self.settings = 0.0, settings_of(strategy)
-        for module in (planner_node, controller_node):
-            monkeypatch.setattr(module, "seconds", lambda clock: self.local)
+        monkeypatch.setattr(graph_node, "seconds", lambda clock: self.local)
         # nothing runs here between two callbacks, however long one takes
         monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
         overrides = {"planner.strategy": strategy}
