@@ -26,7 +26,7 @@ from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.reading import GOAL_STATUS
 from collplan_ros.messages.states import goal_to_status
 from collplan_ros.nodes.controller_node import ControllerNode
-from collplan_ros.nodes.heartbeat import PERIOD
+from collplan_ros.nodes.heartbeat import BEAT_PERIOD
 from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 
@@ -191,7 +191,7 @@ def test_after_a_heartbeat_its_silence_stops_until_it_comes_again_and_without_on
     assert not any("heartbeat" in state.message for state in bench.states)
     beat = bench.publish(Empty, "planner/heartbeat", Empty(), NEWEST)
     assert bench.stands(f"limit {Limits().heartbeat_age:.2f} s")
-    ros.probe.create_timer(PERIOD, lambda: beat.publish(Empty()))
+    ros.probe.create_timer(BEAT_PERIOD, lambda: beat.publish(Empty()))
     assert ros.wait_until(lambda: "heartbeat" not in bench.states[-1].message)
 
 

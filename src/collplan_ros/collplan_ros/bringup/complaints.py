@@ -25,7 +25,7 @@ def other_commanders(node: Node, commander: str) -> list[str]:
 
 
 def seen_more_than(node: Node, expected: Counter[str]) -> list[str]:
-    """Names of which more nodes are seen in the namespace of `node` than expected; names not listed do not count."""
+    """Node names that occur more often than expected in the namespace of `node`; others do not count."""
     namespace = node.get_namespace()
     seen = Counter(name for name, space in node.get_node_names_and_namespaces() if space == namespace)
     return sorted(name for name, count in expected.items() if seen[name] > count)

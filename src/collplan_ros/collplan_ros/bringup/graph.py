@@ -31,7 +31,7 @@ from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.run_log import PoseRow
 
-PERIOD = 1.0
+GOAL_PERIOD = 1.0
 """Period at which a goal without answer is published again [s]."""
 
 
@@ -54,10 +54,10 @@ class Goals:
     def give(self, goal: np.ndarray, stamp: float) -> None:
         """Publishes a goal (2,) [m] with a stamp [s]."""
         self._publisher.publish(goal_to_message(goal, self._frame, stamp))
-        self._due = self._now() + PERIOD
+        self._due = self._now() + GOAL_PERIOD
 
     def repeat(self, goal: np.ndarray, stamp: float) -> None:
-        """Publishes it again, once PERIOD is over."""
+        """Publishes it again, once GOAL_PERIOD is over."""
         if self._now() >= self._due:
             self.give(goal, stamp)
 

@@ -47,7 +47,7 @@ class NodeLogs:
         return f"last lines of {name}:\n" + "\n".join(f"  {line}" for line in lines or ["(none)"])
 
 
-PATIENCE = 5.0
+STOP_PATIENCE = 5.0
 """Time after SIGTERM at which a node that still runs is killed [s]."""
 POLL_PERIOD = 0.01
 # alone and without site-packages: what those do at a start would be done twice
@@ -109,11 +109,11 @@ class Processes:
             say(f"{name} {ended}\nthe run goes on without {dispensable[name]}")
 
     def stop(self, names: Collection[str]) -> None:
-        """Asks nodes to stop, and waits until they have, at most PATIENCE."""
+        """Asks nodes to stop, and waits until they have, at most STOP_PATIENCE."""
         asked = [process for name, process in self._started.items() if name in names]
         for process in asked:
             process.terminate()
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + STOP_PATIENCE
         while any(process.poll() is None for process in asked) and time.monotonic() < deadline:
             time.sleep(POLL_PERIOD)
 

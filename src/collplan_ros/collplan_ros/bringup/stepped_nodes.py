@@ -23,7 +23,7 @@ from collplan_ros.bringup.failures import GRAPH_LOST, NodeDied
 from collplan_ros.bringup.options import SIMULATOR
 from collplan_ros.node_kit.events_executor import events_executor, run_all_due
 
-PATIENCE = 10
+HANG_LOOKS = 10
 """Looks after which a callback counts as one that does not return; the longest plan takes some tenths of a second."""
 LOOK_PERIOD = 1.0
 """Between two looks [s]. Looks are counted, not seconds: after a stop of the whole process there is one."""
@@ -75,10 +75,10 @@ class HangWatch:
         while not self._ended.wait(LOOK_PERIOD):
             turn = self._turn
             seen, looks = turn, looks + 1 if self._name and turn == seen else 0
-            if looks == PATIENCE:
+            if looks == HANG_LOOKS:
                 self._overdue = turn
                 signal.pthread_kill(threading.main_thread().ident or 0, SIGNAL)
-            elif looks == 2 * PATIENCE:
+            elif looks == 2 * HANG_LOOKS:
                 print(f"bringup: {self._name} hangs: its process ends", file=sys.stderr, flush=True)
                 os._exit(GRAPH_LOST)
 

@@ -12,7 +12,7 @@ EVENT = "event"
 """An input that comes when something happens: never missed."""
 
 COMES = "comes"
-PATIENCE = 2
+QUIET_CHECKS = 2
 """Checks in a row without a message after which an input is missed. Checks, not seconds: a stalled node misses none."""
 
 
@@ -61,7 +61,7 @@ class InputWatch:
         publishers = self._publishers()
         stays = not refused and self._need == STATE and self.n_taken > 0 and "" in publishers
         self._quiet = 0 if taken or refused or stays else self._quiet + 1
-        if 0 < self._quiet < PATIENCE:
+        if 0 < self._quiet < QUIET_CHECKS:
             return self._true
         true = {COMES: self.name} if (taken or stays) and self._need != EVENT else {}
         if refused:

@@ -9,7 +9,7 @@ from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
 
-PATIENCE = 3.0
+ANSWER_PATIENCE = 3.0
 """Longest wait for a service and its answer [s]."""
 
 Done = Callable[[Any, str], None]
@@ -54,12 +54,12 @@ class ServiceCalls:
         """Sends calls that waited for their service, and gives up those that waited too long."""
         for call in list(self._pending):
             if time.monotonic() > call.deadline:
-                self._end(call, None, f"no answer from {call.client.srv_name} within {PATIENCE:g} s")
+                self._end(call, None, f"no answer from {call.client.srv_name} within {ANSWER_PATIENCE:g} s")
             else:
                 self._send(call)
 
     def _call(self, name: str, request: Any, done: Done) -> None:
-        call = _Call(self._kept[name], request, done, time.monotonic() + PATIENCE)
+        call = _Call(self._kept[name], request, done, time.monotonic() + ANSWER_PATIENCE)
         self._pending.append(call)
         self._send(call)
 

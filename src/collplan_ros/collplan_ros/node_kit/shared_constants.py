@@ -17,7 +17,7 @@ from collplan_ros.node_kit.publishers import UNKNOWN, listed_publishers
 
 CHECK_PERIOD = 1.0
 """Time between two looks at which nodes are still there [s]."""
-PATIENCE = 3
+ABSENT_LOOKS = 3
 """Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
 GROUPS = ("robot.", "frames.", "limits.fence", "scan.")
 """Beginnings of the keys of constants that must be shared."""
@@ -110,4 +110,4 @@ class SharedConstants:
         if UNKNOWN in running:
             return  # one that is not yet discovered whole may be any of them
         self._absences = Counter({name: self._absences[name] + 1 for name in self._others if name not in running})
-        self._others = {name: theirs for name, theirs in self._others.items() if self._absences[name] < PATIENCE}
+        self._others = {name: theirs for name, theirs in self._others.items() if self._absences[name] < ABSENT_LOOKS}

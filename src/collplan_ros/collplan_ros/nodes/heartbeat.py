@@ -15,12 +15,12 @@ from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.periodic import call_each_period
 
-PERIOD = 0.05
+BEAT_PERIOD = 0.05
 """Between two beats [s]."""
 
 
 class Heartbeat:
-    """Publishes an empty message each PERIOD until `end`, from a thread of its own.
+    """Publishes an empty message each BEAT_PERIOD until `end`, from a thread of its own.
 
     Where the node follows /clock there is none: simulated time stands still while a plan is made.
     """
@@ -32,7 +32,7 @@ class Heartbeat:
         self._ended = Event()
         self._thread = Thread(target=self._beat, name="heartbeat", daemon=True)
         if follows_clock(node):
-            call_each_period(node, PERIOD, lambda: self._publisher.publish(Empty()), local_clock(node))
+            call_each_period(node, BEAT_PERIOD, lambda: self._publisher.publish(Empty()), local_clock(node))
         else:
             self._thread.start()
 
@@ -51,7 +51,7 @@ class Heartbeat:
             except RuntimeError:  # rcl's own errors: the node or its context has ended before
                 return
             # by the clock, not by the time since the last one; none is made up for
-            due = max(due + PERIOD, monotonic())
+            due = max(due + BEAT_PERIOD, monotonic())
             self._ended.wait(due - monotonic())
 
 

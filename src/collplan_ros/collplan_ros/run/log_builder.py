@@ -55,7 +55,7 @@ class End(NamedTuple):
     sent: float
 
 
-OPEN, NEVER = End(math.inf, math.inf), End(-math.inf, -math.inf)
+NO_END_YET, NOT_STARTED = End(math.inf, math.inf), End(-math.inf, -math.inf)
 """Logging, and not logging."""
 
 
@@ -77,7 +77,7 @@ class LogBuilder:
         self._scan_input = settings.scan
         self._tolerance = settings.planner.goal_tolerance
         self._run_times = RunTimes(settings.simulator.speed_factor)
-        self._end = NEVER
+        self._end = NOT_STARTED
         self._ended: End | None = None
         self._last: PoseRow | None = None
         self._arrived: PoseRow | None = None
@@ -105,7 +105,7 @@ class LogBuilder:
     def begin(self, simulated: bool) -> None:
         """Logs messages from now on."""
         self._log.simulated = simulated
-        self._end, self._ended = OPEN, None
+        self._end, self._ended = NO_END_YET, None
 
     def ask(self, goal: SentGoal) -> None:
         """Notes that a goal is given; reports of earlier goals no longer count."""
@@ -120,7 +120,7 @@ class LogBuilder:
     @property
     def is_open(self) -> bool:
         """True where it has begun and has no end."""
-        return self._end == OPEN
+        return self._end == NO_END_YET
 
     @property
     def n_impacts(self) -> int:
@@ -129,9 +129,9 @@ class LogBuilder:
 
     @property
     def last(self) -> End:
-        """The pose that arrived at a goal that was reached, or else the newest one logged; NEVER without one."""
+        """The pose that arrived at a goal that was reached, or else the newest one logged; NOT_STARTED without one."""
         last = (self._arrived if self._log.reached_sent is not None else None) or self._last
-        return NEVER if last is None else End(last.stamp, last.sent)
+        return NOT_STARTED if last is None else End(last.stamp, last.sent)
 
     def end(self, end: End) -> None:
         """Ends the run with a pose: later messages of the time up to it are still logged."""
