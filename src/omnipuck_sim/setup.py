@@ -21,14 +21,14 @@ setup(
     python_requires=">=3.10",
     install_requires=[
         "collplan-core",
-        "collplan-ros",
-        "omnipuck-driver",
         "numpy>=1.26.4",
         "pymunk>=7",
         "scipy>=1.11.4",
         "shapely>=2.0.3",
     ],
     extras_require={
+        # the nodes: the simulator, and the firmware behind a serial line
+        "ros": ["collplan-ros", "omnipuck-driver"],
         # no wheels for Python 3.10
         "mujoco": ['mujoco-core>=4.0.1; python_version >= "3.11"'],
         "test": ["pytest"],

@@ -19,7 +19,7 @@ STANDARD_MESSAGES |= {"trajectory_msgs", "visualization_msgs"}
 SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rosgraph_msgs"}
 ROS = {"rclpy", *OPTIONAL, "rcl_interfaces", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
 WITH_ROS_IN_SIM = {
-    *(f"omnipuck_sim.node.{name}" for name in ("graph_pace", "simulated_mocap", "simulator_node")),
+    *(f"omnipuck_sim.node.{name}" for name in ("simulated_mocap", "simulator_node")),
     "omnipuck_sim.emulator.firmware_emulator",
 }
 WITH_ROS_IN_RUNS = {"collplan_ros.run.recorder"}
