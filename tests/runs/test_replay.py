@@ -100,14 +100,15 @@ def test_a_difference_is_shown_in_time_and_value_and_what_has_changed_since(rows
         for each in (call.get("result") if isinstance(call.get("result"), list) else ())
         if "plan" in each and each["plan"]["stamp"] > 1.0
     )
-    then = plan["aim"][0]
-    plan["aim"][0] = then + 1e-12
+    aim = plan["aim"]["array"]
+    then = aim[0]
+    aim[0] = then + 1e-12
     for row in rows[1:3]:
         row["made_with"]["numpy"] = "0.9"
     code, said, _ = replay(rows)
     assert code == DIFFERENT
     assert "then at " in said
-    assert f".plan.aim[0]: {plan['aim'][0]!r} recorded, {then!r} replayed" in said
+    assert f".plan.aim.array[0]: {aim[0]!r} recorded, {then!r} replayed" in said
     assert f"0.9 then, {np.__version__} now" in said
     assert "python" not in said
 
@@ -122,7 +123,7 @@ def test_what_is_no_journal_is_refused_in_one_line(rows, replay, tmp_path, capsy
         ('{"trial": {}}\n', "holds no journal"),
         ("no JSON\n{}\n", "line 1: not JSON"),
         ("3\n", "line 1: got 3"),
-        ('{"number": 0, "of": "planner", "format": 5}\n', "settings"),
+        ('{"number": 0, "of": "planner", "format": 6}\n', "settings"),
         ('{"number": "one", "of": "planner"}\n', "got number 'one'"),
     ):
         path.write_text(text)

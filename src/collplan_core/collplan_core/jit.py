@@ -40,6 +40,8 @@ def private_folder(path: Path) -> Path:
         OSError: it cannot be made, is no folder, or belongs to another user.
     """
     path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if os.name != "posix":  # a user's folders are closed to others there
+        return path
     found = path.lstat()  # a link may lead to another user's file
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
         raise PermissionError(f"{path}: expected a folder of user {os.getuid()}, and no link")
@@ -71,7 +73,7 @@ def _parents() -> Iterator[Path]:
         if Path(cache).is_absolute():
             yield Path(cache) / "collplan"
     with suppress(OSError):
-        yield Path(tempfile.gettempdir()) / f"collplan-{os.getuid()}"
+        yield Path(tempfile.gettempdir()) / f"collplan-{os.getuid() if os.name == 'posix' else 'cache'}"
 
 
 CACHE = cache_folder(f"numba-{sources_digest()}")

@@ -85,6 +85,7 @@ class Planning(Parameters):
     group = "planner"
     strategy: str = parameter("harness", "Weight sets of the paper (custom: the weights group), or time-to-goal strategies, which differ in how they treat contacts", choices=NAMES, live=True)
     map_period: float = parameter(0.0, "T_map, time between two plans, at least 0.05; 0 is the strategy's own: 0.2 for the paper's, 0.05 for the others", unit="s", low=0.0, high=2.0, live=True)
+    journal: bool = parameter(True, "Planner and controller publish their inputs and decisions, from which replay repeats a run")
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
     stop_at_goal: bool = parameter(False, "A goal is reached at rest within goal_tolerance, instead of by passing", live=True)
     goal_timeout: float = parameter(120.0, "Time after which an accepted goal is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)

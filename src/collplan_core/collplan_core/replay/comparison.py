@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from collplan_core.replay.outcome import is_command, is_plan, outcome_of
 from collplan_core.replay.player import Player
 from collplan_core.replay.reading import Beginning, Call, Event, Gap
+from collplan_core.replay.values import outcome_of
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,9 @@ def _compared(done: Comparison, player: Player, call: Call) -> Comparison:
     apart = first_apart(call.result, outcome, call.name)
     if apart is not None:
         return replace(done, end=Difference(player.stamp, *apart))
-    return replace(
-        done, calls=done.calls + 1, plans=done.plans + is_plan(outcome), commands=done.commands + is_command(outcome)
-    )
+    decisions = outcome if isinstance(outcome, list) else [outcome]
+    plans, commands = (sum(isinstance(each, dict) and tag in each for each in decisions) for tag in ("plan", "command"))
+    return replace(done, calls=done.calls + 1, plans=done.plans + plans, commands=done.commands + commands)
 
 
 def first_apart(recorded: Any, replayed: Any, where: str) -> tuple[str, Any, Any] | None:

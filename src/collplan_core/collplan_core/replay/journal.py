@@ -8,11 +8,10 @@ from typing import Any, ParamSpec, TypeVar
 from collplan_core.deadline import CountedDeadline, Deadline
 from collplan_core.parameters import Settings
 from collplan_core.replay.origin import origin
-from collplan_core.replay.outcome import outcome_of
-from collplan_core.replay.values import encode
+from collplan_core.replay.values import encode, outcome_of
 
 PLANNER, CONTROLLER = "planner", "controller"
-FORMAT = 5
+FORMAT = 6
 
 P = ParamSpec("P")
 R = TypeVar("R")

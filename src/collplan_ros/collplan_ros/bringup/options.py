@@ -177,6 +177,7 @@ class Options:
     check: bool = _option("--check", False, "check link, motion capture, axes and LIDAR, and find offsets; no run")
     yes: bool = _option("--yes", False, "with --check: move the robot without asking")
     view: bool = _option("--view", False, "show the run in a browser, at the printed address (view.port)")
+    journal: bool = _option("--no-journal", True, "do not record what replay needs (planner.journal: false)")
     again: bool = _option("--again", False, "drive to and fro until Ctrl-C; simulated robots only")
 
     def values(self) -> dict[str, object]:
@@ -190,6 +191,7 @@ class Options:
             "lidar.seed": self.seed,
             "trial.timeout": self.timeout,
             "robot.max_speed": self.max_speed,
+            "planner.journal": None if self.journal else False,
         }
         return {key: value for key, value in chosen.items() if value is not None}
 

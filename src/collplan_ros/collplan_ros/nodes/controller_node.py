@@ -40,7 +40,7 @@ from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 from collplan_ros.nodes.teleop_input import TeleopInput
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
-GROUPS = (Robot, LocalMapping, Control, ScanInput, Limits, Frames, *MOCAP)
+GROUPS = (Robot, LocalMapping, Control, ScanInput, Limits, Frames, "planner.journal", *MOCAP)
 MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_tolerance", "local_map.grazing_angle")
 """The controller follows the boundaries of the local map alone; it does not read sight and set E."""
 LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
@@ -53,7 +53,8 @@ class ControllerNode(GraphNode):
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("controller_node", GROUPS, LIVE, **kwargs)
         publisher = self.create_publisher(String, "controller/journal", qos.JOURNAL)
-        self._journal = Journal(CONTROLLER, lambda line: publisher.publish(String(data=line)))
+        send = (lambda line: publisher.publish(String(data=line))) if self._settings.planner.journal else None
+        self._journal = Journal(CONTROLLER, send)
         self._journal.begin(self._settings)
         self._loop = ControllerLoop(self._settings, self._journal.record_answers(self._why_forbidden))
         self._period = ControlPeriod()

@@ -66,7 +66,8 @@ class PlannerNode(GraphNode):
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("planner_node", GROUPS, LIVE, **kwargs)
         publisher = self.create_publisher(String, "planner/journal", qos.JOURNAL)
-        journal = self._journal = Journal(PLANNER, lambda line: publisher.publish(String(data=line)))
+        send = (lambda line: publisher.publish(String(data=line))) if self._settings.planner.journal else None
+        journal = self._journal = Journal(PLANNER, send)
         journal.begin(self._settings)
         why_forbidden = journal.record_answers(lambda: self._constants.disagreement)
         # simulated time stands still while a plan is made
