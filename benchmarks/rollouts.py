@@ -22,7 +22,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner import initial_plans
 from collplan_core.time_to_goal_planner import plan_cycle as cycle
-from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, CoarsePlans
+from collplan_core.time_to_goal_planner.initial_plans import SWITCH_STEPS, CoarsePlans
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from collplan_core.worlds import World, WorldError
-from collplan_core.worlds.surroundings import largest_rectangles_beside
+from collplan_core.worlds.shapes import largest_rectangles_beside
 
 
 @dataclass(frozen=True, eq=False)

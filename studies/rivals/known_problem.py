@@ -5,9 +5,9 @@ import numpy as np
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, Plan, timed_path
 from collplan_core.time_to_goal_planner.dynamics import Motion
+from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import Problem, problem_of
-from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.worlds import World
 

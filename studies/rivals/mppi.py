@@ -16,8 +16,7 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.planners import Planner
 from collplan_core.state import State
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, is_there, to_go
-from collplan_core.time_to_goal_planner.control_interval import roll_interval
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, is_there, roll_interval, to_go
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
 from collplan_core.time_to_goal_planner.full_plan import clip
 from collplan_core.time_to_goal_planner.initial_state import Expected, initial_velocity

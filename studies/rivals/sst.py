@@ -18,9 +18,8 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Plan, timed_path
 from collplan_core.planners import Planner
 from collplan_core.state import State
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, roll_interval
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
-from collplan_core.time_to_goal_planner.control_interval import roll_interval
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
 from collplan_core.time_to_goal_planner.full_plan import clip
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Constants, Problem

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, HAND, STOPPED, Command
+from collplan_core.control.follow import saturate
 from collplan_core.control.interlock import REMEDY
 from collplan_core.control.joystick import RELEASED_FOR, DebouncedButton, JoyState, StickError, check_stick, velocity_of
 from collplan_core.control.manual_override import TAKEN, ManualCommand, overriding_command
 from collplan_core.control.motion_monitor import STOPPING, MotionVerdict
-from collplan_core.control.tracking import saturate
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Robot, Settings, Teleop

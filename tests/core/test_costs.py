@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.costs import total
 from collplan_core.paper_planner.costs.model import CostModel
-from collplan_core.paper_planner.costs.normalize import normalize
 from collplan_core.paper_planner.costs.position import POSITION_COSTS, TURN_DIRECTIONS
 from collplan_core.paper_planner.costs.risk import (
     APPROACH_RISKS,
@@ -19,7 +18,14 @@ from collplan_core.paper_planner.costs.risk import (
     contact_distance,
     distance_to_predicted,
 )
-from collplan_core.paper_planner.costs.total import TIE_BREAK, TOTAL, least_first, least_forward, weighted_terms
+from collplan_core.paper_planner.costs.total import (
+    TIE_BREAK,
+    TOTAL,
+    least_first,
+    least_forward,
+    normalize,
+    weighted_terms,
+)
 from collplan_core.paper_planner.costs.velocity import (
     GOAL_VECTORS,
     REBOUND_REWARDS,

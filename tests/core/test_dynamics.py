@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.reflection import Ring, rebound
+from collplan_core.time_to_goal_planner.arrival import BRAKING_SHARE, UNSTOPPABLE, admits_stop
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, clearance_at
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES, Contact, Motion, contact_cost, margin_cost
 from collplan_core.time_to_goal_planner.model import (
@@ -17,7 +18,6 @@ from collplan_core.time_to_goal_planner.model import (
     contact_costs,
     robot_model,
 )
-from collplan_core.time_to_goal_planner.stopping import BRAKING_SHARE, UNSTOPPABLE, admits_stop
 from collplan_core.velocity_law import velocity_after
 from scenes import rotation, unit
 from time_to_goal_scenes import (

@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE
 from collplan_core.control.feed_forward import feed_forward
-from collplan_core.control.follow import follow
-from collplan_core.control.memory import ControllerMemory
+from collplan_core.control.follow import ControllerMemory, follow
 from collplan_core.plan import Plan, timed_path
 from collplan_core.reflection import rebound
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, robot_model
-from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.velocity_law import velocity_after
 from scenes import box, map_of, rotation, unit, world_of
 from time_to_goal_scenes import RADIUS, SETTINGS, faces_field, motion_in, open_field, problem_over, with_strategy

@@ -9,19 +9,20 @@ from hypothesis import strategies as st
 
 from collplan_core.time_to_goal_planner.arrival import UNREACHED_COST, least_time, to_go
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
-from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans, coarse_plans, targets
-from collplan_core.time_to_goal_planner.full_plan import FullPlan
+from collplan_core.time_to_goal_planner.full_plan import SHORTEST, FullPlan, sample_trajectory
 from collplan_core.time_to_goal_planner.initial_plans import (
+    CoarsePlans,
     best_coarse,
     coarse_commands,
+    coarse_plans,
     extended,
     padded,
     shifted,
+    targets,
     tracked,
 )
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
 from collplan_core.time_to_goal_planner.refinement import refine
-from collplan_core.time_to_goal_planner.sampling import SHORTEST, sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from scenes import unit
 from time_to_goal_scenes import (

@@ -17,8 +17,8 @@ from collplan_core.local_map.free_space import UNSEEN_SURFACE
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Lidar, LocalMapping, ScanInput, Settings
 from collplan_core.scan import Scan
-from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.sensing.instant_lidar import InstantLidar
+from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.spinning_lidar import LD19, Sweeps, blended, noisy, sweeps_of, swept_scan
 from collplan_core.state import State
 from collplan_core.worlds import World

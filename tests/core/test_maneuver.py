@@ -10,15 +10,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
-from collplan_core.control.follow import follow
-from collplan_core.control.maneuver import incidence, select_maneuver
-from collplan_core.control.memory import ControllerMemory
-from collplan_core.control.references import (
+from collplan_core.control.follow import (
     ENGAGED,
     RELEASED,
     WAITING,
+    ControllerMemory,
     boundary_reference,
     flow_reference,
+    follow,
+    incidence,
+    select_maneuver,
     update_engaged,
 )
 from collplan_core.local_map.contact_point import find_contact, passes_through

@@ -12,7 +12,7 @@ from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, SUCCEEDED
 from collplan_core.loop import current_goal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING
 from collplan_core.loop.planner_loop import ALARM_PERIODS, PlannerLoop
-from collplan_core.loop.way_left import way_left
+from collplan_core.loop.recovery import way_left
 from collplan_core.plan import NoPlan
 from collplan_core.planners import PLANNERS
 from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
-from collplan_core.sensing.even_stamps import even_stamp
+from collplan_core.sensing.mocap_body import even_stamp
 from collplan_core.sensing.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose, speed_limit
 from collplan_core.sensing.pose_filter import SPEED as SPEED_REFUSED
 from collplan_core.sensing.pose_history import PoseHistory

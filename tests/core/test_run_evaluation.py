@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 
 from collplan_core.command import FREE_SPACE, HAND, STOPPED
-from collplan_core.evaluation.machine import Timing, machine_verdict, pace_words
-from collplan_core.evaluation.path_length import measured_path_length, path_length
-from collplan_core.evaluation.run_end import STUCK, TIMEOUT, RunMonitor, drive_noise_hint
+from collplan_core.evaluation.run_end import (
+    STUCK,
+    TIMEOUT,
+    RunMonitor,
+    Timing,
+    drive_noise_hint,
+    machine_verdict,
+    measured_path_length,
+    pace_words,
+    path_length,
+)
 from collplan_core.parameters import Settings, Trial
 
 LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collplan_core.loop.input_gate import InputGate
-from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import ParameterError, ScanInput, Settings
 from collplan_core.scan import Scan, ScanError

@@ -11,10 +11,8 @@ from hypothesis import strategies as st
 from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
-from collplan_core.loop.input_gate import InputGate
+from collplan_core.loop.input_gate import PAUSE, InputGate, Refusals, ScanGate
 from collplan_core.loop.planner_loop import PlannerLoop
-from collplan_core.loop.refusals import Refusals
-from collplan_core.loop.scan_gate import PAUSE, ScanGate
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan

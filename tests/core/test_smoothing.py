@@ -6,13 +6,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.reflection import Ring, rebound, rebound_slope
-from collplan_core.time_to_goal_planner.full_plan import FullPlan
+from collplan_core.time_to_goal_planner.full_plan import FullPlan, sample_trajectory
 from collplan_core.time_to_goal_planner.initial_plans import extended, padded
 from collplan_core.time_to_goal_planner.model import Problem
-from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.smoothing.backward import backward
-from collplan_core.time_to_goal_planner.smoothing.cost import ACCELERATION_SHARE, MORE_LAG, beyond, contact_terms, stage
-from collplan_core.time_to_goal_planner.smoothing.forward import forward
+from collplan_core.time_to_goal_planner.smoothing.forward import (
+    ACCELERATION_SHARE,
+    MORE_LAG,
+    beyond,
+    contact_terms,
+    forward,
+    stage,
+)
 from collplan_core.time_to_goal_planner.smoothing.knots import Gains, Knots, knots_of
 from collplan_core.time_to_goal_planner.smoothing.smooth import copied, smooth_knots, smoothed
 from scenes import unit

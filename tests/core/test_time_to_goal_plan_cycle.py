@@ -14,8 +14,8 @@ from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
-from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, coarse_plans
 from collplan_core.time_to_goal_planner.full_plan import roll
+from collplan_core.time_to_goal_planner.initial_plans import SWITCH_STEPS, coarse_plans
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
 from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, SETTLED, SMOOTHED, RolloutMemory, plan_cycle

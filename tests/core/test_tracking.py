@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE, HAND, STOPPED, Command, stopped
 from collplan_core.control.activity import BOUNCE, MANEUVER, TRACK, Activity, describe
-from collplan_core.control.tracking import clip_command, hold_heading, pid, sample_reference, saturate, to_body
+from collplan_core.control.follow import clip_command, hold_heading, pid, sample_reference, saturate, to_body
 from collplan_core.parameters import Control, Limits, Robot
 from collplan_core.plan import Contacts, Plan, timed_path
 from scenes import rotation, unit

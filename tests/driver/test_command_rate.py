@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from omnipuck_driver.codec import Encoder
-from omnipuck_driver.command_rate import check_command_rate
+from omnipuck_driver.kinematics import check_command_rate
 from omnipuck_driver.messages import CommandMessage
 
 DRIVER, LIMITS = Settings().driver, Settings().limits

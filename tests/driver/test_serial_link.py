@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from collplan_core.parameters import Settings
-from omnipuck_driver import port, serial_link
+from omnipuck_driver import serial_link
 from omnipuck_driver.messages import WheelCaps
 from omnipuck_driver.session import Permission, WheelCommand
 
@@ -25,10 +25,10 @@ def test_a_device_that_cannot_be_opened_says_what_to_do(tmp_path, monkeypatch):
         (errno.EBUSY, "busy"),
         (errno.EIO, "broken"),
     ):
-        assert said in port.described("/dev/ttyUSB0", 115200, OSError(number, os.strerror(number)))
+        assert said in serial_link.described("/dev/ttyUSB0", 115200, OSError(number, os.strerror(number)))
     (tmp_path / "file").write_text("")
-    with pytest.raises(port.PortError, match="not a serial device"):
-        port.open_port(str(tmp_path / "file"), 115200)
+    with pytest.raises(serial_link.PortError, match="not a serial device"):
+        serial_link.open_port(str(tmp_path / "file"), 115200)
     # the cable is pulled while the device is opened
     for call in ("tcsetattr", "tcflush"):
         for number, said in ((errno.EIO, "broken"), (errno.ENODEV, "no such device")):
@@ -39,8 +39,8 @@ def test_a_device_that_cannot_be_opened_says_what_to_do(tmp_path, monkeypatch):
             master, slave = pty.openpty()
             with monkeypatch.context() as patched:
                 patched.setattr(termios, call, gone)
-                with pytest.raises(port.PortError, match=said):
-                    port.open_port(os.ttyname(slave), 115200)
+                with pytest.raises(serial_link.PortError, match=said):
+                    serial_link.open_port(os.ttyname(slave), 115200)
             os.close(master)
             os.close(slave)
 
@@ -50,7 +50,7 @@ def test_attempts_to_open_come_ever_more_seldom(monkeypatch):
 
     def refuse(path, baud):
         times.append(now)
-        raise port.PortError("no")
+        raise serial_link.PortError("no")
 
     monkeypatch.setattr(serial_link, "open_port", refuse)
     link = serial_link.SerialLink(DRIVER, 3, CAPS)

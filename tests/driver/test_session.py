@@ -6,9 +6,8 @@ import pytest
 from telemetry_example import TELEMETRY
 
 from omnipuck_driver.codec import Encoder
-from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.messages import NEVER, Announce, WheelCaps
-from omnipuck_driver.session import TOO_LATE, Permission, Session, WheelCommand
+from omnipuck_driver.session import TOO_LATE, HeldCommand, Permission, Session, WheelCommand
 
 CAPS = WheelCaps(70.5, 500.0)
 ANNOUNCE = Announce(TELEMETRY.session, TELEMETRY.boot, 0, 3, 500, CAPS, "puck 2.0")

@@ -26,8 +26,7 @@ def compiled_beyond_warm_up() -> list[str]:
     """What cycles of both nodes compile after warm_up, with records as they come from messages, and whole trials."""
     from rclpy.serialization import serialize_message
 
-    from collplan_core.control.follow import follow
-    from collplan_core.control.memory import ControllerMemory
+    from collplan_core.control.follow import ControllerMemory, follow
     from collplan_core.local_map import build_local_map
     from collplan_core.loop.motion_watch import MotionWatch
     from collplan_core.loop.recovery import Recovery

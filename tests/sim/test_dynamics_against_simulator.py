@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from collplan_core.control.feed_forward import feed_forward
-from collplan_core.control.tracking import saturate
+from collplan_core.control.follow import saturate
 from collplan_core.plane import rotate
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
 from collplan_core.time_to_goal_planner.dynamics import motion_at
+from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem, problem_of, robot_model
-from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.worlds import World
 from omnipuck_sim.robot.physics import Simulator

@@ -11,7 +11,7 @@ from collplan_core.control.motion_monitor import LATE, REVERSED
 from collplan_core.loop.controller_loop import WHY_KIDNAPPED, ControllerLoop
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world, parse_world
-from omnipuck_sim.robot.mocap_faults import faulty
+from omnipuck_sim.robot.noise import faulty
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial import run_trial
 

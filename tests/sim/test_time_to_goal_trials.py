@@ -13,7 +13,7 @@ import shapely
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
-from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
+from collplan_core.time_to_goal_planner.initial_plans import SWITCH_STEPS
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
 from omnipuck_sim.trial_record import TrialResult

@@ -15,7 +15,7 @@ from collplan_core.sensing.pose_filter import PoseSample
 from faults.bench import Bench
 from faults.fault import Fault, Measured
 from faults.trials import STRATEGY, room, seed_of, world
-from omnipuck_sim.robot.mocap_faults import faulty
+from omnipuck_sim.robot.noise import faulty
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial import run_trial
 

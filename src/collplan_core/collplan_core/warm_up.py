@@ -7,9 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collplan_core.control.follow import follow
-from collplan_core.control.memory import ControllerMemory
-from collplan_core.control.references import boundary_reference
+from collplan_core.control.follow import ControllerMemory, boundary_reference, follow
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.loop import motion_watch

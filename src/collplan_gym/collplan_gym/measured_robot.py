@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from collplan_core.control.tracking import hold_heading, saturate
+from collplan_core.control.follow import hold_heading, saturate
 from collplan_core.parameters import ParameterError, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter

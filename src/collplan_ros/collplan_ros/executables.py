@@ -1,6 +1,6 @@
 """The programs of collplan_ros: its nodes, bringup, and what reads and fits recorded runs."""
 
-from collplan_core.executable import Executable
+from collplan_core.command_line import Executable
 
 mocap_node = Executable("collplan_ros.nodes.mocap_node")
 lidar_node = Executable("collplan_ros.nodes.lidar_node")

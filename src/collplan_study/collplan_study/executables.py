@@ -1,5 +1,5 @@
 """The program of collplan_study."""
 
-from collplan_core.executable import Executable
+from collplan_core.command_line import Executable
 
 study = Executable("collplan_study.main")

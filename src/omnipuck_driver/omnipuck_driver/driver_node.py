@@ -14,9 +14,7 @@ from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.command_check import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
-from omnipuck_driver.command_rate import check_command_rate
-from omnipuck_driver.held_command import HeldCommand
-from omnipuck_driver.kinematics import OmniWheels
+from omnipuck_driver.kinematics import OmniWheels, check_command_rate
 from omnipuck_driver.link_report import LinkReport
 from omnipuck_driver.messages import (
     ARMED,
@@ -32,7 +30,7 @@ from omnipuck_driver.messages import (
 )
 from omnipuck_driver.sensed_impacts import SensedImpacts
 from omnipuck_driver.serial_link import SerialLink
-from omnipuck_driver.session import TOO_LATE, Permission, WheelCommand
+from omnipuck_driver.session import TOO_LATE, HeldCommand, Permission, WheelCommand
 
 GROUPS = (Robot, Cap, Limits, Control, Frames, Driver, Kinematics)
 FINAL_ZEROS = 3

@@ -1,5 +1,5 @@
 """The program of omnipuck_driver."""
 
-from collplan_core.executable import Executable
+from collplan_core.command_line import Executable
 
 driver_node = Executable("omnipuck_driver.driver_node")

@@ -1,14 +1,11 @@
-"""Body twist to wheel speeds and back, for n omni wheels.
-
-Wheel i stands at angle a_i from x forward, at the mount radius L from the centre, and drives along its tangent,
-counter-clockwise: r w_i = -sin(a_i) v_x + cos(a_i) v_y + L yaw_rate.
-"""
+"""Body twist to wheel speeds and back, for n omni wheels, and the rate at which their commands are sent."""
 
 import numpy as np
 
-from collplan_core.parameters import Cap, Kinematics, Robot
+from collplan_core.parameters import Cap, Driver, Kinematics, Limits, Robot
 from collplan_core.parameters.spec import ParameterError
-from omnipuck_driver.messages import MOST_WHEELS, WheelCaps
+from omnipuck_driver.codec import Encoder
+from omnipuck_driver.messages import MOST_WHEELS, CommandMessage, WheelCaps
 
 FEWEST_WHEELS = 3
 SMALLEST_RATIO = 0.05
@@ -62,3 +59,29 @@ class OmniWheels:
         """Wheel speeds (n,) slowed so that none is beyond max_wheel_speed; direction and curvature are kept."""
         peak = float(np.max(np.abs(speeds)))
         return speeds if peak <= self._fastest else speeds * (self._fastest / peak)
+
+
+BITS_PER_BYTE = 10
+"""On the line: a start bit, 8 of data, a stop bit."""
+FEWEST = 2
+"""Commands sent within limits.command_age: one may be lost, and the wheels turn on."""
+
+
+def check_command_rate(driver: Driver, limits: Limits, n_wheels: int) -> None:
+    """Checks that commands of so many wheels come before the last one is too old, and that the line carries them all.
+
+    Raises:
+        ParameterError: driver.rate is too low for limits.command_age, or too high for driver.baud.
+    """
+    least = FEWEST / limits.command_age
+    if driver.rate < least:
+        raise ParameterError(
+            f"driver.rate: got {driver.rate:g}, expected at least {FEWEST} / limits.command_age = {least:.4g} Hz"
+        )
+    length = len(Encoder().encode(CommandMessage(0, 0, 0, 0, 0, 0, 0, (0.0,) * n_wheels)))
+    most = driver.baud / BITS_PER_BYTE / length
+    if driver.rate > most:
+        raise ParameterError(
+            f"driver.rate: got {driver.rate:g}, expected at most {int(most)} Hz: "
+            f"driver.baud {driver.baud} carries no more frames of {length} bytes"
+        )

@@ -1,4 +1,4 @@
-"""The driver's end of the protocol, without a port: greeting, acceptance of messages, and sending."""
+"""The driver's end of the protocol, without a port: greeting, acceptance, sending, and the life of a command."""
 
 import secrets
 from collections.abc import Callable
@@ -244,3 +244,16 @@ class Session:
 
 def _milliseconds(seconds: float) -> int:
     return round(seconds * 1e3)
+
+
+@dataclass(frozen=True)
+class HeldCommand:
+    """Wheel speeds [rad/s] and the time of their command [s, local clock]."""
+
+    wheels: tuple[float, ...]
+    given: float
+
+    def wheel_command(self, now: float, longest_age: float) -> WheelCommand | None:
+        """The wheel command to send at `now` [s]; None once the command is older than `longest_age` [s]."""
+        age = now - self.given
+        return WheelCommand(self.wheels, age, longest_age - age) if age < longest_age else None

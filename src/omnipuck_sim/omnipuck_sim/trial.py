@@ -1,9 +1,10 @@
-"""The closed loop without ROS: simulator, mocap filter, LIDAR, planner and controller, each at its own rate.
+"""The closed loop without ROS: simulator, mocap filter, LIDAR, planner and controller, each at its own rate."""
 
-`run_trial` is one call and returns a plain record. Equal arguments give equal records bit by bit, wall times aside.
-"""
-
+import json
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from collplan_core.loop.closed_loop import ClosedLoop
 from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory, map_period_of
+from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
@@ -23,10 +25,48 @@ from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.validation import check_type, finite
-from collplan_core.worlds import World, WorldError, load_world
+from collplan_core.worlds import World, WorldError, load_world, world_text
 from omnipuck_sim.robot.physics import Simulator
-from omnipuck_sim.trial_journal import TrialJournals, trial_journals
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
+
+
+@dataclass(frozen=True)
+class TrialJournals:
+    """Journals of the inputs and decisions of a trial's loops.
+
+    Attributes:
+        planner, controller: their journals.
+    """
+
+    planner: Journal
+    controller: Journal
+
+
+@contextmanager
+def trial_journals(path: str | Path | None, world: World, settings: Settings, seed: int) -> Iterator[TrialJournals]:
+    """Journals that are written to a file, which is replaced; without a path they keep nothing.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    if path is None:
+        yield TrialJournals(Journal(PLANNER), Journal(CONTROLLER))
+        return
+    with Path(path).open("w", encoding="utf-8") as file:
+
+        def send(line: str) -> None:
+            file.write(line + "\n")
+
+        journals = TrialJournals(Journal(PLANNER, send), Journal(CONTROLLER, send))
+        send(json.dumps({"trial": {"simulated": True, "world": world.name, "seed": seed}}))
+        journals.planner.begin(settings, world_text(world) if settings.trial.known_map else None)
+        journals.controller.begin(settings)
+        try:
+            yield journals
+        finally:
+            journals.planner.end_cycle()
+            journals.controller.end_cycle()
+
 
 PLANNER_PHASE = 0.01
 """After a scan the planner works on it so much later, as in the graph, where each node runs on its own timer [s]."""

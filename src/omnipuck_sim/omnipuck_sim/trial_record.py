@@ -8,8 +8,7 @@ import numpy as np
 
 from collplan_core.command import Command
 from collplan_core.evaluation.impact_matching import Prediction, foreseen_rebounds, judge_impacts
-from collplan_core.evaluation.path_length import path_length
-from collplan_core.evaluation.run_end import REACHED
+from collplan_core.evaluation.run_end import REACHED, path_length
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State

@@ -1,25 +1,260 @@
-"""The controller: any timed path, contacts and all, by one law. Reading `follow` is reading the paper's III-B.
+"""The controller: any timed path, contacts and all, by one law. Paper: III-B, Alg. 3.
 
-The feed-forward comes from the path alone; a path that reflects at a contact is followed as it is; a path that goes on
-beyond an observed boundary is followed by the maneuver for it.
+Reading `follow` is reading the paper's III-B. Before it stand the maneuver for a path that leaves F through an observed
+boundary, the references q_bound and q_flow, and the PID with its saturation that keeps the direction.
 """
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from collplan_core.command import FREE_SPACE, Command
+from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE, Command
 from collplan_core.control.feed_forward import feed_forward
-from collplan_core.control.maneuver import select_maneuver
-from collplan_core.control.memory import ControllerMemory, ManeuverCourse
-from collplan_core.control.references import ENGAGED, WAITING, maneuver_reference, update_engaged
-from collplan_core.control.tracking import hold_heading, pid, sample_reference, to_body
-from collplan_core.local_map.contact_point import find_contact, passes_through
+from collplan_core.local_map.contact_point import SAME_POINT, ContactPoint, find_contact, passes_through
+from collplan_core.local_map.free_space import sector
 from collplan_core.local_map.record import LocalMap
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Control, Limits, Robot, Settings
 from collplan_core.plan import Plan
+from collplan_core.plane import rotate
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_law
+
+
+def incidence(contact: ContactPoint) -> float:
+    """Angle between the reference and the boundary at the contact, 0 along it, pi/2 square on [rad]."""
+    return math.asin(min(1.0, abs(float(contact.direction @ contact.normal))))
+
+
+def by_incidence(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
+    """The maneuver by angle: contacts flatter than the threshold [rad] follow the boundary, others flow through."""
+    return BOUNDARY_FOLLOWING if incidence(contact) < threshold else FLOW_THROUGH
+
+
+def by_side_of_chord(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
+    """The maneuver as printed: by the side of the chord WP_1 WP_4 on which p_c lies, so that mirrored worlds differ."""
+    chord, to_contact = path[-1] - path[0], contact.point - path[0]
+    left = np.array([-chord[1], chord[0]])
+    return FLOW_THROUGH if float(left @ to_contact) >= 0.0 else BOUNDARY_FOLLOWING
+
+
+MANEUVER_RULES = {"incidence": by_incidence, "printed": by_side_of_chord}
+"""Alg. 3 for a contact, by controller.maneuver_rule."""
+
+
+def select_maneuver(path: np.ndarray, contact: ContactPoint | None, control: Control) -> str:
+    """Alg. 3 for a reference (n, 2): free_space without a contact, else boundary_following or flow_through."""
+    if contact is None:
+        return FREE_SPACE
+    return MANEUVER_RULES[control.maneuver_rule](path, contact, control.incidence_threshold)
+
+
+SLOW = 0.05
+"""A reference slower than this has no direction [m/s]."""
+
+
+def sample_reference(times: np.ndarray, path: np.ndarray, now: float) -> tuple[np.ndarray, np.ndarray]:
+    """Position (2,) and velocity (2,) of a timed path now; at rest at the end once the time is past.
+
+    Args:
+        times: (n,) strictly rising [s]; path: (n, 2) [m].
+    """
+    position = np.array([np.interp(now, times, path[:, axis]) for axis in range(2)])
+    if now > times[-1]:
+        return position, np.zeros(2)
+    i = min(max(int(times.searchsorted(now)) - 1, 0), len(times) - 2)
+    # central differences around the sample keep the velocity continuous at 20 Hz
+    before, after = max(i - 1, 0), min(i + 2, len(times) - 1)
+    return position, (path[after] - path[before]) / (times[after] - times[before])
+
+
+def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:
+    """The velocity (2,), shortened to max_speed with its direction kept."""
+    speed = math.hypot(velocity[0], velocity[1])
+    return velocity if speed <= max_speed else velocity * (max_speed / speed)
+
+
+def _without(growth: np.ndarray, cut_off: np.ndarray) -> np.ndarray:
+    """A growth (2,) without its part along what is cut off (2,)."""
+    along = float(growth @ cut_off)
+    return growth - along / float(cut_off @ cut_off) * cut_off if along > 0.0 else growth
+
+
+def pid(
+    error: np.ndarray,
+    feed_forward: np.ndarray,
+    reference_velocity: np.ndarray,
+    velocity: np.ndarray,
+    integral: np.ndarray,
+    period: float,
+    control: Control,
+    robot: Robot,
+) -> tuple[np.ndarray, np.ndarray]:
+    """World-frame velocity command (2,) [m/s] and the next integral (2,) [m/s].
+
+    What is late along the path is not integrated: mostly no push, but a reference that the wheels cannot keep up with.
+    Anti-windup: the integral is limited, and does not grow along what is cut off the command by v_max, or off the
+    acceleration that it asks for by the wheels.
+    """
+    speed2 = float(reference_velocity @ reference_velocity)
+    aside = error - error @ reference_velocity / max(speed2, SLOW**2) * reference_velocity
+    growth = control.k_i * aside * period
+    wanted = feed_forward + control.k_p * error + control.k_d * (reference_velocity - velocity) + integral + growth
+    command = saturate(wanted, robot.max_speed)
+    lead = command - velocity
+    growth = _without(growth, wanted - command)
+    growth = _without(growth, lead - saturate(lead, robot.max_acceleration * robot.velocity_lag))
+    return command, saturate(integral + growth, control.integral_limit)
+
+
+def to_body(velocity: np.ndarray, yaw: float) -> np.ndarray:
+    """A world-frame velocity (2,) in the body frame of a robot with that yaw."""
+    return np.array(rotate(velocity[0], velocity[1], -yaw))
+
+
+def hold_heading(yaw: float, held: float, control: Control) -> float:
+    """Yaw rate that leads back to the held heading the short way [rad/s]."""
+    error = math.remainder(held - yaw, 2 * math.pi)
+    return min(max(control.k_yaw * error, -control.max_yaw_rate), control.max_yaw_rate)
+
+
+def clip_command(
+    velocity: np.ndarray, yaw_rate: float, robot: Robot, limits: Limits
+) -> tuple[np.ndarray, float] | None:
+    """A command cut to the robot's limits; None (refused) where it is not finite or beyond excess_speed times them."""
+    if not (np.isfinite(velocity).all() and math.isfinite(yaw_rate)):
+        return None
+    too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed
+    if too_fast or abs(yaw_rate) > limits.excess_speed * robot.max_yaw_rate:
+        return None
+    return cut_to_limits(velocity, yaw_rate, robot)
+
+
+def cut_to_limits(velocity: np.ndarray, yaw_rate: float, robot: Robot) -> tuple[np.ndarray, float]:
+    """Velocity (2,) [m/s] and yaw rate [rad/s], both finite, that the robot's limits leave of a command."""
+    turn = min(max(yaw_rate, -robot.max_yaw_rate), robot.max_yaw_rate)
+    return saturate(np.asarray(velocity, dtype=float), robot.max_speed), turn
+
+
+GOES_ON = 10.0
+"""A boundary is taken to go straight on beyond what was seen of it for so long [m]."""
+
+
+def _seen_of_boundary(contact: ContactPoint, local_map: LocalMap, extension: float) -> np.ndarray:
+    """Boundary seen at a contact, continued along its tangents: (m, 2), counter-clockwise [m]."""
+    x, y = contact.point - local_map.position
+    n = len(local_map.surface)
+    order = (sector(x, y, n) + 1 + np.arange(-n // 2, n // 2)) % n
+    order = order[local_map.surface[order] == contact.surface]
+    line = local_map.border_points[order]
+    tangents = extension * local_map.normals[order[[0, -1]]] @ np.array([[0.0, -1.0], [1.0, 0.0]])
+    return np.vstack([line[0] - tangents[0], line, line[-1] + tangents[1]])
+
+
+def _projected(line: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Arc lengths (n,) on a line (m, 2) nearest to points (n, 2) [m]; and which points are left of an end piece."""
+    begin, piece = line[:-1], np.diff(line, axis=0)
+    length = np.hypot(*piece.T)
+    share = ((points[:, None] - begin) * piece).sum(axis=2) / np.maximum(length, SAME_POINT) ** 2
+    away = points[:, None] - begin - np.clip(share, 0.0, 1.0)[..., None] * piece
+    k, each = (away**2).sum(axis=2).argmin(axis=1), np.arange(len(points))
+    left = piece[k, 0] * away[each, k, 1] - piece[k, 1] * away[each, k, 0] > 0.0
+    along = (length.cumsum() - length)[k] + np.clip(share[each, k], 0.0, 1.0) * length[k]
+    return along, left & ((k == 0) | (k == len(piece) - 1))
+
+
+def boundary_reference(
+    times: np.ndarray, path: np.ndarray, contact: ContactPoint, local_map: LocalMap, settings: Settings
+) -> tuple[np.ndarray, np.ndarray]:
+    """q_bound: the reference (n, 2) at its times (n,) with what lies beyond the boundary projected onto it.
+
+    It ends with the first sample in F again or, past what was seen of the boundary, in front of where that goes on
+    straight. No step of what is projected, nor of the way back from it to the reference, is faster than v_max.
+
+    Returns:
+        the projected reference (n, 2) and the disengaging point p_d (2,) on the boundary, where the projection ends.
+    """
+    first, printed = contact.index, settings.controller.boundary_projection == "printed"
+    line = _seen_of_boundary(contact, local_map, 0.0 if printed else GOES_ON)
+    foot, in_front = _projected(line, np.vstack([path, contact.point]))
+    back = (local_map.contains(path) | in_front[:-1])[first:]
+    end = first + int(back.argmax()) if back.any() else len(path)
+    longest = np.diff(times, prepend=-math.inf) * (math.inf if printed else settings.robot.max_speed)
+    longest[first] *= max(1.0 - contact.share, SAME_POINT)
+    result, along, length = path.copy(), foot[-1], np.append(0.0, np.hypot(*np.diff(line, axis=0).T).cumsum())
+    for i in range(first, end):
+        along += np.clip(foot[i] - along, -longest[i], longest[i])
+        result[i] = [np.interp(along, length, line[:, axis]) for axis in range(2)]
+    for i in range(end, len(path)):
+        result[i] = result[i - 1] + saturate(path[i] - result[i - 1], longest[i])
+    return result, result[end - 1]
+
+
+def flow_reference(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """q_flow: the reference (n, 2) projected onto its chord WP_4 - WP_1, and the chord's end (2,)."""
+    chord = path[-1] - path[0]
+    length2 = max(float(chord @ chord), 1e-18)
+    return path[0] + np.outer((path - path[0]) @ chord / length2, chord), path[-1]
+
+
+def maneuver_reference(
+    maneuver: str, times: np.ndarray, path: np.ndarray, contact: ContactPoint, local_map: LocalMap, settings: Settings
+) -> tuple[np.ndarray, np.ndarray]:
+    """The reference of a contact maneuver and the point where it is released."""
+    if maneuver == FLOW_THROUGH:
+        return flow_reference(path)
+    return boundary_reference(times, path, contact, local_map, settings)
+
+
+WAITING, ENGAGED, RELEASED = "waiting", "engaged", "released"
+
+
+def update_engaged(
+    stage: str, position: np.ndarray, contact_point: np.ndarray, release_point: np.ndarray, switch_distance: float
+) -> str:
+    """phi: engages within delta of p_c, releases within delta of p_d, and does not engage twice for one contact."""
+    if stage == WAITING and float(np.hypot(*(position - contact_point))) <= switch_distance:
+        return ENGAGED
+    near_release = float(np.hypot(*(position - release_point))) <= switch_distance
+    passed = float((position - release_point) @ (release_point - contact_point)) >= 0.0
+    return RELEASED if stage == ENGAGED and near_release and passed else stage
+
+
+@dataclass(frozen=True, eq=False)
+class ManeuverCourse:
+    """One plan as the controller follows it.
+
+    Attributes:
+        stamp: stamp of the plan [s].
+        maneuver: the maneuver for the contact that the plan's path runs into; FREE_SPACE where there is none.
+        contact_point: engaging point p_c (2,) [m], or None.
+        release_point: disengaging point p_d (2,) [m], or None.
+        contact_path: reference of the maneuver (n, 2) [m], or None.
+    """
+
+    stamp: float = math.nan
+    maneuver: str = FREE_SPACE
+    contact_point: np.ndarray | None = None
+    release_point: np.ndarray | None = None
+    contact_path: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ControllerMemory:
+    """The memory that one control period hands to the next.
+
+    Attributes:
+        integral: (2,) integral of the position error, as a velocity [m/s, world frame].
+        heading: yaw that is held [rad]; None until the first pose is seen.
+        course: the course of the plan in force.
+        stage: stage of its maneuver, phi of the paper's III-B: waiting, engaged or released.
+    """
+
+    integral: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    heading: float | None = None
+    course: ManeuverCourse = field(default_factory=ManeuverCourse)
+    stage: str = WAITING
+
 
 TOUCHING = 0.015
 """Distance to a boundary within which the robot may touch it, so that the integral stands still [m]."""

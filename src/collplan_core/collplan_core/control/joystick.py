@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.control.tracking import saturate
+from collplan_core.control.follow import saturate
 from collplan_core.parameters import Robot, Settings, Teleop
 from collplan_core.parameters.spec import ParameterError
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from collplan_core.command import HAND, Command, stopped
+from collplan_core.control.follow import cut_to_limits, saturate
 from collplan_core.control.permission import why_outside, why_stale
-from collplan_core.control.tracking import cut_to_limits, saturate
 from collplan_core.parameters import Limits, Settings
 
 TAKEN = "driven by hand"

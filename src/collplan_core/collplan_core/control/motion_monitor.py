@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from collplan_core.control import stuck
-from collplan_core.control.recent_rows import with_row
+from collplan_core.control.stuck import with_row
 from collplan_core.parameters import Settings
 from collplan_core.sensing.motion_fit import DELAYS, LONGEST_DELAY, MASSES, STEP, misfits, ways
 from collplan_core.state import State

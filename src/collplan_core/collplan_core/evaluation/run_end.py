@@ -1,15 +1,100 @@
-"""Outcomes of a run, and the rule for a run that the planner does not end itself.
-
-The planner reports by the status of the goal whether it was reached, given up or canceled.
-"""
+"""The end of a run: its outcome, the length of its path, and whether the machine was fast enough for a real robot."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from collplan_core import goal
 from collplan_core.command import HAND, STOPPED
 from collplan_core.parameters import Settings, Trial
+
+ABOUT = 0.05
+"""Share by which simulated time may run slower than it should and still count as on time."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """The real-time factor and the longest gap of a graph.
+
+    Attributes:
+        factor: simulated seconds that passed in a second; None where it is not known, or the robot is not simulated.
+        gap: longest time between two commands [s, wall clock].
+    """
+
+    factor: float | None = None
+    gap: float = 0.0
+
+
+def pace_words(factor: float | None) -> str:
+    """Returns the real-time factor as "0.85x real time"; empty where it is unknown or about 1."""
+    return "" if factor is None or abs(factor - 1.0) <= ABOUT else f"{factor:.2f}x real time"
+
+
+def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> str:
+    """Returns a sentence that the machine is too slow for a real robot; empty where all kept up.
+
+    A simulation that is wanted slower than real time may be slow by as much, and one as fast as it can be is to be as
+    fast as real time.
+
+    Args:
+        timing: timing of the graph.
+        speed_factor: simulated seconds wanted in a second; 0 for as many as there can be.
+        command_age: age at which a robot follows its last command no more [s].
+    """
+    wanted = min(speed_factor or 1.0, 1.0)
+    is_slow = timing.factor is not None and timing.factor < (1.0 - ABOUT) * wanted
+    if not is_slow and timing.gap <= command_age / wanted:
+        return ""
+    found = [f"simulated time ran at {timing.factor:.2f} of real time"] if is_slow else []
+    if timing.gap:
+        found.append(f"longest gap between two commands {timing.gap:.2f} s")
+    return f"this machine is too slow for a real robot, or busy: {', '.join(found)}"
+
+
+CUTOFF = 5.0
+"""Noise above this frequency is taken out of measured poses [Hz]."""
+FILTER_RATE = 100.0
+"""Rate at which measured poses are filtered [Hz]."""
+SAMPLE_RATE = 20.0
+"""Rate at which filtered poses are summed [Hz]."""
+
+
+def path_length(positions: np.ndarray) -> float:
+    """Length of the polyline through exact positions (n, 2) [m]."""
+    return float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
+
+
+def measured_path_length(times: np.ndarray, positions: np.ndarray) -> float:
+    """Length of the path behind noisy positions (n, 2) at rising times (n,) [m].
+
+    Low-passed at CUTOFF without delay and resampled at SAMPLE_RATE: summed as they are, 2 mm of noise at 100 Hz would
+    add some percent. A path of less than one period of CUTOFF is only resampled.
+    """
+    if len(times) < 2:
+        return 0.0
+    even = _even_times(times, FILTER_RATE)
+    smooth = _low_passed(_at(even, times, positions))
+    return path_length(_at(_even_times(times, SAMPLE_RATE), even, smooth))
+
+
+def _even_times(times: np.ndarray, rate: float) -> np.ndarray:
+    return np.linspace(times[0], times[-1], max(2, round((times[-1] - times[0]) * rate) + 1))
+
+
+def _at(wanted: np.ndarray, times: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    return np.column_stack([np.interp(wanted, times, positions[:, axis]) for axis in (0, 1)])
+
+
+def _low_passed(positions: np.ndarray) -> np.ndarray:
+    from scipy.signal import butter, sosfiltfilt
+
+    period = round(FILTER_RATE / CUTOFF)
+    if len(positions) <= period:
+        return positions
+    # odd padding of one period of the cutoff keeps the ends where they are
+    return np.asarray(sosfiltfilt(butter(2, CUTOFF, fs=FILTER_RATE, output="sos"), positions, axis=0, padlen=period))
+
 
 REACHED = "reached"
 ABORTED = "aborted"

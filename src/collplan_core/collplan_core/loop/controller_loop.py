@@ -14,19 +14,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collplan_core.command import Command, stopped
-from collplan_core.control.follow import follow
+from collplan_core.control.follow import ControllerMemory, clip_command, follow
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.manual_override import TAKEN, ManualCommand, overrides, overriding_command, why_no_override
-from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
-from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
-from collplan_core.loop.input_gate import InputGate
+from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
-from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collplan_core.control.recent_rows import with_row
+from collplan_core.control.stuck import with_row
 from collplan_core.jit import njit
 from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.record import LocalMap

@@ -1,15 +1,85 @@
-"""Check of the poses and scans that planner or controller received."""
+"""Check of the poses and scans that planner or controller received, and counts of what is refused."""
 
 import math
+from collections import Counter
 
 from collplan_core.ages import PosesClock
 from collplan_core.control.permission import why_stale
-from collplan_core.loop.refusals import Refusals
-from collplan_core.loop.scan_gate import ScanGate
 from collplan_core.loop.sensed_scans import Judged, SensedScans
 from collplan_core.parameters import Limits, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
+
+
+class Refusals:
+    """Refused inputs: counts by kind, and the newest reason.
+
+    Attributes:
+        newest: reason of the newest refusal; empty before the first.
+    """
+
+    def __init__(self) -> None:
+        self._counts: Counter[str] = Counter()
+        self.newest = ""
+
+    def add(self, kind: str, reason: str) -> None:
+        """Counts an input of this kind that was refused for this reason."""
+        self._counts[kind] += 1
+        self.newest = reason
+
+    def __getitem__(self, kind: str) -> int:
+        return self._counts[kind]
+
+    @property
+    def values(self) -> dict[str, object]:
+        """Values of a `Health`: `refused_<kind>` and `last_refusal`; empty before the first refusal."""
+        counts: dict[str, object] = {f"refused_{kind}": count for kind, count in sorted(self._counts.items())}
+        return {**counts, "last_refusal": self.newest} if counts else {}
+
+
+REJECTED_IN_A_ROW = 2
+"""Number of scans rejected in a row that stops the robot; a single one is left out."""
+PAUSE = 0.5
+"""Time for which the robot stands after the last refusal, the first time [s]."""
+RECENT = 10.0
+"""Time after a stop within which another stop lasts twice as long [s]: a robot at rest sees nothing of a delay, and
+would drive on into the next one."""
+
+
+class ScanGate:
+    """Counts rejected and accepted scans, each at `local` [s, local clock], and decides whether to stand still."""
+
+    def __init__(self) -> None:
+        """Starts with an open gate."""
+        self._rejected_in_a_row = 0
+        self._reason = ""
+        self._stopped_at = float("-inf")
+        self._pause = 0.0
+
+    def reject(self, reason: str, local: float) -> None:
+        """Counts a rejected scan."""
+        self._rejected_in_a_row += 1
+        self._reason = reason
+        if self._rejected_in_a_row == REJECTED_IN_A_ROW:
+            again = local - self._stopped_at <= self._pause + RECENT
+            self._pause = 2.0 * self._pause if again else PAUSE
+        if self._rejected_in_a_row >= REJECTED_IN_A_ROW:
+            self._stopped_at = local
+
+    def accept(self) -> None:
+        """Counts an accepted scan."""
+        self._rejected_in_a_row = 0
+
+    @property
+    def is_closed(self) -> bool:
+        """True where the newest scans were rejected."""
+        return self._rejected_in_a_row >= REJECTED_IN_A_ROW
+
+    def why_not(self, local: float) -> str:
+        """Returns the reason why scans must not be used for driving now; "" where they may."""
+        standing = self.is_closed or local - self._stopped_at < self._pause
+        return f"scan refused: {self._reason}" if standing else ""
+
 
 REFUSED_POSE_AGE = 0.05
 """Oldest pose acted on while newer ones come and are refused [s]; one of them alone stops nothing at 100 Hz."""

@@ -24,15 +24,14 @@ from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
 from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
-from collplan_core.loop.input_gate import InputGate
+from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.recovery import Recovery
-from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.felt_obstacles import add_bumped_obstacles
+from collplan_core.sensing.scan_filters import add_bumped_obstacles
 from collplan_core.state import State
 
 NOTICE_PAUSE = 1.0

@@ -6,11 +6,21 @@ from collections import deque
 import numpy as np
 
 from collplan_core.control.back_out import DISTANCE, back_out
-from collplan_core.control.recent_rows import with_row
-from collplan_core.control.stuck import WINDOW, why_stuck
+from collplan_core.control.stuck import WINDOW, why_stuck, with_row
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
+
+
+def way_left(plan: Plan, goal: np.ndarray, max_speed: float) -> tuple[float, float]:
+    """Way [m] and time [s] from the start of a plan to a goal (2,) [m]: along the plan, then straight at `max_speed`.
+
+    A plan that ends before the goal knows of no detour from there on: both are then too small rather than too large.
+    """
+    along = float(np.hypot(*np.diff(plan.positions, axis=0).T).sum())
+    beyond = math.dist(plan.positions[-1], goal)
+    return along + beyond, float(plan.times[-1]) - plan.stamp + beyond / max_speed
+
 
 STEP = 0.01
 """Spacing of the places on the trail [m]."""

@@ -6,7 +6,7 @@ from collections import deque
 from collplan_core.control.permission import is_relocated
 from collplan_core.parameters import Settings
 from collplan_core.scan import Scan
-from collplan_core.sensing.beam_poses import beam_poses, placed
+from collplan_core.sensing.lidar_mount import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.sensing.scan_filters import masked_beams, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.evaluation.path_length import path_length
+from collplan_core.evaluation.run_end import path_length
 from collplan_core.loop.decisions import Cycle, Notice
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.plan import Plan
+from collplan_core.replay.comparison import Player
 from collplan_core.replay.journal import PLANNER
-from collplan_core.replay.player import Player
 from collplan_core.replay.reading import Beginning, Call, Event, Gap
 from collplan_core.strategies import TIME_TO_GOAL
 

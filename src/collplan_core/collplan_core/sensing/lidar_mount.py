@@ -1,10 +1,16 @@
-"""Mounting pose of the LIDAR, and with it the origin of each beam: every scan is placed here."""
+"""Mounting pose of the LIDAR, and the pose of the sensor at each beam: every scan is placed here."""
 
 import math
+from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
+from collplan_core.parameters import ScanInput
 from collplan_core.plane import rotate_rows
+from collplan_core.scan import Scan
+from collplan_core.sensing.pose_history import PoseHistory, poses_along
+from collplan_core.sensing.scan_filters import used_scan
 from collplan_core.state import State
 
 
@@ -30,3 +36,43 @@ def seen_from_robot(poses: np.ndarray, state: State) -> np.ndarray:
     # of a heading that is not wrapped the difference may be whole turns
     turns = turns - math.tau * np.round(turns[0] / math.tau)
     return np.column_stack([rotate_rows(poses[:, :2] - state.position, -state.yaw), turns])
+
+
+def beam_poses(scan: Scan, poses: PoseHistory, mount: ScanInput) -> np.ndarray | None:
+    """(n, 3) x, y [m] and yaw [rad], not wrapped, of the sensor at each beam, world frame.
+
+    None where the robot's pose is not known, or not yet, at the instant of each of them.
+    """
+    state = poses.at(scan.stamp)
+    if state is None:
+        return None
+    if scan.time_increment == 0.0:
+        robot: np.ndarray | None = np.full((len(scan.ranges), 3), (*state.position.tolist(), state.yaw))
+    else:
+        robot = poses.at_each(_instants(scan))
+    return None if robot is None else poses_of_sensor(robot, mount.offset)
+
+
+def placed(scan: Scan, beams: np.ndarray, state: State, mount: ScanInput) -> Scan:
+    """The scan with the poses of its sensor, which are `beams` (n, 3) in the world, seen from the robot at a state."""
+    if scan.time_increment == 0.0 and not any(mount.offset):
+        return scan
+    return replace(scan, sensor_poses=seen_from_robot(beams, state))
+
+
+def placed_among(scan: Scan, state: State, states: Collection[State], mount: ScanInput) -> Scan:
+    """Returns the usable part of a recorded scan, with the sensor's poses; it waits for no pose.
+
+    Args:
+        scan: the scan; beams beyond the states are placed by the first or the last of them.
+        state: the robot at its stamp.
+        states: states around that time, in order, at least one.
+        mount: mounting pose of the sensor on the robot.
+    """
+    scan, robot = used_scan(scan, mount), poses_along(states, _instants(scan))
+    return placed(scan, poses_of_sensor(robot, mount.offset), state, mount)
+
+
+def _instants(scan: Scan) -> np.ndarray:
+    """(n,) when each beam was measured [s]."""
+    return scan.stamp + scan.time_increment * np.arange(len(scan.ranges))

@@ -9,6 +9,21 @@ from collplan_core.parameters import Mocap
 from collplan_core.plane import rotate
 from collplan_core.sensing.pose_filter import PoseSample, check_pose_fields
 
+EARLY, LATE = 0.3, 0.02
+"""Share of a pose's deviation by which the even stamps follow it: a pose may wait on its way, but is never early."""
+LOST = 0.5
+"""After such a deviation the stamps begin anew [s]."""
+
+
+def even_stamp(last: float, received: float, period: float) -> float:
+    """Returns the stamp [s] of a pose that was received at a time [s], one period [s] after the stamp `last`."""
+    expected = last + period
+    deviation = received - expected
+    if not abs(deviation) <= LOST:
+        return received
+    return expected + (EARLY if deviation < 0.0 else LATE) * deviation
+
+
 METRES = {"m": 1.0, "mm": 0.001}
 
 

@@ -1,14 +1,71 @@
-"""Arrival of a rollout at the goal: whether, since when, at what cost, and the time still needed otherwise."""
+"""Cost of a rollout: of each control interval, and of its arrival at the goal; whether the robot could still brake."""
 
 import math
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid, nearest_node
-from collplan_core.time_to_goal_planner.dynamics import Motion
-from collplan_core.time_to_goal_planner.model import GoalDisc, Problem, RobotModel
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid, clearance_at, nearest_node
+from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, course_of, margin_cost, step
+from collplan_core.time_to_goal_planner.model import INTERVAL_STEPS, STEP, Constants, GoalDisc, Problem, RobotModel
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import time_to_go
+
+STOP_TEST_STEPS = 4
+"""Steps after which the robot must be able to brake within what was seen, where the strategy demands it."""
+UNSTOPPABLE = 100.0
+"""Cost of failing the stop test, added to that of a plan [s]."""
+BRAKING_SHARE = 0.9
+"""Share of the largest acceleration that braking counts on."""
+SWERVES = (0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2)
+"""Bearings off straight back in which the first half of the braking pushes [rad]."""
+
+
+@njit
+def _is_free(problem: Problem, x: float, y: float) -> bool:
+    """Returns whether the disc was seen to be free at the node nearest to (x, y) [m]."""
+    nx, ny = problem.free.shape
+    grid = problem.constants.grid
+    i, j = nearest_node(grid, x, y)
+    return 0 <= i < nx and 0 <= j < ny and problem.free[i, j]
+
+
+@njit
+def _stops(problem: Problem, motion: Motion, swerve: float) -> bool:
+    """Returns whether braking that first pushes `swerve` [rad] off straight back touches nothing and ends free."""
+    grid, brake = problem.constants.grid, BRAKING_SHARE * problem.constants.model.wheels.max_acceleration
+    x, y, vx, vy, _ = motion
+    speed = math.hypot(vx, vy)
+    if speed > 1e-9:
+        c, s = -math.cos(swerve) / speed, -math.sin(swerve) / speed
+        ax, ay = brake * (c * vx - s * vy), brake * (s * vx + c * vy)
+        first = max(int(0.5 * speed / brake / STEP), 1)
+        for k in range(400):
+            if k >= first:
+                speed = math.hypot(vx, vy)
+                if speed <= brake * STEP:
+                    break
+                ax, ay = -brake * vx / speed, -brake * vy / speed
+            x, y = x + vx * STEP + 0.5 * ax * STEP * STEP, y + vy * STEP + 0.5 * ay * STEP * STEP
+            vx, vy = vx + ax * STEP, vy + ay * STEP
+            if clearance_at(problem.clearance, grid, x, y) < 0.0:
+                return False
+    return _is_free(problem, x, y)
+
+
+@njit
+def admits_stop(problem: Problem, motion: Motion) -> bool:
+    """Returns whether some two-phase braking from a motion touches nothing and ends where the disc was seen free."""
+    for swerve in SWERVES:  # noqa: SIM110 (numba has no generators)
+        if _stops(problem, motion, swerve):
+            return True
+    return False
+
+
+@njit
+def stop_cost(problem: Problem, motion: Motion) -> float:
+    """Cost of a motion from which the robot cannot brake within what it has seen [s]."""
+    return 0.0 if admits_stop(problem, motion) else UNSTOPPABLE
+
 
 ON_THE_WAY = -1.0
 """Stands for the time of an arrival where there is none yet."""
@@ -109,3 +166,28 @@ def least_time(length: np.ndarray, cells: Grid, goal: GoalDisc, max_speed: float
 def end_cost(problem: Problem, motion: Motion) -> float:
     """Returns the cost [s] charged for the rest of the way, where a full plan ends before the goal."""
     return to_go(problem, motion) + UNREACHED_COST
+
+
+@njit
+def roll_interval(
+    clearance: np.ndarray, source: np.ndarray, constants: Constants, begin: Motion, ux: float, uy: float
+) -> tuple[Motion, float, float]:
+    """A control interval under command u.
+
+    Returns:
+        the motion at its end; its cost [s]; time of arrival at the goal since it began [s], or ON_THE_WAY.
+    """
+    grid, goal, model, costs = constants
+    motion, course, cost, touched = begin, course_of(begin, ux, uy), 0.0, False
+    for k in range(INTERVAL_STEPS):
+        before = motion
+        motion, course, contact = step(clearance, source, grid, model, before, course)
+        if contact.kind != NO_CONTACT:
+            touched = True
+            cost += contact_cost(costs, contact)
+        if is_there(goal, motion):
+            cost += graze_cost(goal, motion)
+            return motion, cost, (k + arrival_share(goal, before, motion)) * STEP
+    if not touched and motion.clearance_bound < costs.margin:
+        cost += margin_cost(clearance, grid, costs, motion)
+    return motion, cost, ON_THE_WAY

@@ -13,28 +13,30 @@ from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.arrival import UNSTOPPABLE
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
-from collplan_core.time_to_goal_planner.coarse_search import MARGIN, CoarsePlans, coarse_plans, targets
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
-from collplan_core.time_to_goal_planner.full_plan import FullPlan, braking, roll
+from collplan_core.time_to_goal_planner.full_plan import FullPlan, braking, roll, sample_trajectory
 from collplan_core.time_to_goal_planner.initial_plans import (
+    MARGIN,
+    CoarsePlans,
     best_coarse,
     coarse_commands,
+    coarse_plans,
     extended,
     padded,
     shifted,
+    targets,
     tracked,
 )
 from collplan_core.time_to_goal_planner.initial_state import Expected, initial_velocity
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
 from collplan_core.time_to_goal_planner.refinement import refine
-from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.smoothing.smooth import smoothed
-from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 
 TURNS = 2

@@ -6,13 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, approach_speed, end_cost
-from collplan_core.time_to_goal_planner.control_interval import roll_interval
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, approach_speed, end_cost, roll_interval, stop_cost
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan, clip
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
-from collplan_core.time_to_goal_planner.stopping import stop_cost
 
 LONGEST_WINDOW = 20
 """Control intervals changed at once."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from collplan_core.worlds.draws import Draw, rounded
 from collplan_core.worlds.placement import BODY_WIDTH, SIDE, Layout
-from collplan_core.worlds.surroundings import largest_rectangles_beside
+from collplan_core.worlds.shapes import largest_rectangles_beside
 
 # beside the robot [m]
 SPARE = (0.08, 0.40)

@@ -7,8 +7,16 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 
 from collplan_core.evaluation import run_end
-from collplan_core.evaluation.machine import pace_words
-from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor, drive_noise_hint
+from collplan_core.evaluation.run_end import (
+    ABORTED,
+    CANCELED,
+    REACHED,
+    STUCK,
+    TIMEOUT,
+    RunMonitor,
+    drive_noise_hint,
+    pace_words,
+)
 from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import LATE, Graph
 from collplan_ros.bringup.listener import REST_PATIENCE

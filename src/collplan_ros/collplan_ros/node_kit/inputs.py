@@ -7,7 +7,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.input_gate import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog

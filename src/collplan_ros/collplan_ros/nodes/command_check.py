@@ -5,7 +5,7 @@ import math
 import numpy as np
 from geometry_msgs.msg import Twist
 
-from collplan_core.control.tracking import clip_command, saturate
+from collplan_core.control.follow import clip_command, saturate
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.messages.reading import MessageError, velocity_from_twist

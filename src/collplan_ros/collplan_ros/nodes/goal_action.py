@@ -17,7 +17,7 @@ from rclpy.node import Node
 from collplan_core.goal import ABORTED, CANCELED, SUCCEEDED, Goal
 from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.loop.planner_loop import PlannerLoop
-from collplan_core.loop.way_left import way_left
+from collplan_core.loop.recovery import way_left
 from collplan_core.parameters import Settings
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.messages.conversions import pose_to_message

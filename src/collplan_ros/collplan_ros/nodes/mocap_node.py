@@ -11,10 +11,9 @@ from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Limits, Mocap, Robot
-from collplan_core.sensing.even_stamps import even_stamp
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.impact_detection import DetectedImpact
-from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
+from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
 from collplan_core.sensing.pose_filter import (
     FRESH,
     KIDNAPPED,

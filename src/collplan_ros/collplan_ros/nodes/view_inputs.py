@@ -19,7 +19,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
-from collplan_core.sensing.beam_poses import placed_among
+from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
 from collplan_ros.messages import qos

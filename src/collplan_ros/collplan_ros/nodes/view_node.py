@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 
-from collplan_core.evaluation.machine import machine_verdict, pace_words
+from collplan_core.evaluation.run_end import machine_verdict, pace_words
 from collplan_core.parameters import Frames, ScanInput, Settings, View
 from collplan_core.scan import Scan
 from collplan_core.strategies import NAMES

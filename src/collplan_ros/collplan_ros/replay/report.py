@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 
 from collplan_core.replay.comparison import Comparison, Difference, Interruption
-from collplan_core.replay.journal import PLANNER
-from collplan_core.replay.origin import changes
+from collplan_core.replay.journal import PLANNER, changes
 from collplan_core.replay.other_strategy import Moment, PlanFigures
 
 SAME, DIFFERENT, REFUSED, INTERRUPTED = 0, 1, 2, 3

@@ -11,9 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.evaluation.machine import Timing, machine_verdict
-from collplan_core.evaluation.path_length import measured_path_length, path_length
-from collplan_core.evaluation.run_end import REACHED
+from collplan_core.evaluation.run_end import REACHED, Timing, machine_verdict, measured_path_length, path_length
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.worlds import World
 from collplan_ros.run.impacts import Impacts, impacts_of, write_impacts

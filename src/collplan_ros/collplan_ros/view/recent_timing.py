@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from collplan_core.evaluation.machine import Timing
+from collplan_core.evaluation.run_end import Timing
 
 RECENT = 10.0
 """Age beyond which figures are no longer shown [s]."""

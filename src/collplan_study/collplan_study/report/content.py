@@ -1,8 +1,12 @@
-"""Content of a report: its figures, pictures, and numbers as text."""
+"""Content of a report: its figures, pictures, numbers as text, and the templates of its page."""
 
+import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from collplan_study.analysis.statistics import Estimate
 
@@ -67,3 +71,18 @@ def as_text(value: Any) -> str:
 def listed(values: Mapping[str, Any]) -> str:
     """Names and values as text, without those that are empty."""
     return ", ".join(f"{key}: {text}" for key, value in values.items() if (text := as_text(value)))
+
+
+@cache
+def environment() -> Environment:
+    """Environment of the templates; values are escaped."""
+    made = Environment(
+        loader=PackageLoader("collplan_study", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters["base64"] = lambda text: base64.b64encode(text.encode()).decode()
+    made.filters |= {"interval": with_interval, "number": number, "text": as_text, "listed": listed}
+    return made

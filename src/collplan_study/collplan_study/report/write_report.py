@@ -8,8 +8,8 @@ from collplan_study.analysis.pairs import distinct
 from collplan_study.bounces.report import bounce_report
 from collplan_study.paper.report import paper_report
 from collplan_study.report.closing import closing_values
+from collplan_study.report.content import environment
 from collplan_study.report.study_data import read_study
-from collplan_study.report.templates import environment
 from collplan_study.run.study_folder import REPORT
 
 RESULTS = "table.json"

@@ -24,7 +24,7 @@ from collplan_ros.node_kit.node_parameters import on_change
 from collplan_ros.node_kit.periodic import call_in
 from omnipuck_sim.node.pacing import Pacing
 from omnipuck_sim.robot.impact import Impact
-from omnipuck_sim.robot.mocap_faults import added_latency, faulty
+from omnipuck_sim.robot.noise import added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 
 MOCAP_LIVE = ("simulator.mocap_fault",)

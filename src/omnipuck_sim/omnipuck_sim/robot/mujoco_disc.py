@@ -1,21 +1,47 @@
-"""The robot's body among obstacles with a compliant ring: a planar body that MuJoCo steps."""
+"""The robot's body with a compliant ring, a planar body that MuJoCo steps, and its spring and damper."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
+from functools import lru_cache
+from math import atan, atanh, ceil, log, pi
 
 import mujoco
 import numpy as np
+from scipy.optimize import brentq
 
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
-from omnipuck_sim.robot.compliant_ring import spring_and_damper
 from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y, drive_law, push
 from omnipuck_sim.robot.hit_law import HitLaw
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
 from omnipuck_sim.robot.walls import Edge, Pole, outlines
+
+LEAST_RESTITUTION, MOST_RESTITUTION = 0.01, 0.999
+"""Restitutions beyond are taken as these: with none at all the damper would have no end."""
+SMALL = 1e-9
+
+
+@lru_cache(maxsize=1024)
+def spring_and_damper(contact_time: float, restitution: float) -> tuple[float, float]:
+    """Stiffness [1/s^2] and damping [1/s], both by mass, of a linear ring in a hit head-on.
+
+    Nothing sticks: the hit ends when the force is zero, which is before the ring has its shape back.
+    Schwager and Poeschel 2007: Coefficient of restitution and linear-dashpot model revisited.
+    """
+    loss = -log(min(max(restitution, LEAST_RESTITUTION), MOST_RESTITUTION))
+    return (loss**2 + _square_phase(loss)) / contact_time**2, 2.0 * loss / contact_time
+
+
+def _square_phase(loss: float) -> float:
+    """Square of the phase that the oscillation goes through in a hit; negative where it is overdamped."""
+    if abs(loss - 2.0) < SMALL:
+        return 0.0
+    if loss < 2.0:
+        return float(brentq(lambda phase: phase - 2.0 * atan(phase / loss), SMALL, pi)) ** 2
+    return -(float(brentq(lambda phase: phase - 2.0 * atanh(phase / loss), SMALL, loss * (1.0 - SMALL))) ** 2)
+
 
 LONGEST_STEP = 5e-4
 """MuJoCo's step is a whole fraction of a physics step and at most this [s]."""

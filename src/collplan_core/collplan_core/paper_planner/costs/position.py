@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.paper_planner.costs.normalize import normalize
+from collplan_core.paper_planner.costs.total import normalize
 
 
 @njit

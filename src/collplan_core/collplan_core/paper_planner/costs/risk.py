@@ -8,7 +8,7 @@ from collplan_core.jit import njit
 from collplan_core.local_map.free_space import boundary_at, inside, sector
 from collplan_core.local_map.sight import sight_angle
 from collplan_core.paper_planner.costs.model import CostModel
-from collplan_core.paper_planner.costs.normalize import normalize
+from collplan_core.paper_planner.costs.total import normalize
 from collplan_core.paper_planner.trajectory import LONGEST_HANDLE
 
 

@@ -7,6 +7,18 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.paper_planner.costs.model import CostModel
 
+
+@njit
+def normalize(values: np.ndarray) -> np.ndarray:
+    """(n,) mapped onto [0, 1]; all 0 where there is no spread."""
+    low, high = np.inf, -np.inf
+    for value in values:
+        low, high = min(low, value), max(high, value)
+    if not high - low > 1e-12:
+        return np.zeros(len(values))
+    return (values - low) / (high - low)
+
+
 TERMS = ("total", "position", "risk", "collision_risk", "gap_risk", "approach_risk", "velocity", "rebound_reward")
 TOTAL, POSITION, RISK, COLLISION_RISK, GAP_RISK, APPROACH_RISK, VELOCITY, REBOUND_REWARD = range(len(TERMS))
 

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.boundary_memory.contradiction import is_edge_on
-from collplan_core.time_to_goal_planner.boundary_memory.inferred import is_seen_free_behind
+from collplan_core.time_to_goal_planner.boundary_memory.contradiction import is_edge_on, is_seen_free_behind
 from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Nodes, Pool, Sight, middle
 
 SAME = 0.002

@@ -8,11 +8,13 @@ from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Remembered, Robot
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField
-from collplan_core.time_to_goal_planner.boundary_memory.contradiction import count_contradictions
+from collplan_core.time_to_goal_planner.boundary_memory.contradiction import (
+    count_contradictions,
+    drop_seen_free,
+    inferred_rows,
+)
 from collplan_core.time_to_goal_planner.boundary_memory.cutting import cut
-from collplan_core.time_to_goal_planner.boundary_memory.field import renew
-from collplan_core.time_to_goal_planner.boundary_memory.grid import empty_nodes, nodes_around, see_free
-from collplan_core.time_to_goal_planner.boundary_memory.inferred import drop_seen_free, inferred_rows
+from collplan_core.time_to_goal_planner.boundary_memory.field import empty_nodes, nodes_around, renew, see_free
 from collplan_core.time_to_goal_planner.boundary_memory.merging import merge_scan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, Sight, middle, pool_of, sight_of

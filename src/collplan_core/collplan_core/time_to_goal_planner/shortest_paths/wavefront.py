@@ -1,8 +1,4 @@
-"""Lengths of the shortest any-angle paths, spreading from the goal over the cells.
-
-Dijkstra's search in which a cell's parent is any cell that it sees; the line is looked at only when the cell's turn
-comes (after Lazy Theta*, Nash, Koenig and Tovey 2010).
-"""
+"""Lengths of the shortest any-angle paths, spreading from the goal over the cells."""
 
 import math
 from typing import NamedTuple
@@ -10,9 +6,77 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.shortest_paths.bucket_queue import EMPTY, PER_CELL, RING, first_bucket, push
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
 from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells
-from collplan_core.time_to_goal_planner.shortest_paths.line_of_sight import sees
+
+PER_CELL = 16
+"""Buckets in the spacing of the cells: lengths are exact to this part of it."""
+RING = 64
+"""Buckets; what lies further ahead than so many is put into the last."""
+EMPTY = -1
+
+
+@njit
+def push(
+    heads: np.ndarray,
+    below: np.ndarray,
+    keys: np.ndarray,
+    items: np.ndarray,
+    count: int,
+    now: int,
+    key: float,
+    item: int,
+) -> int:
+    """Adds entry number count, an item by its key.
+
+    Args:
+        heads: (RING,) number of each bucket's uppermost entry or EMPTY.
+        below, keys, items: next entry in the bucket, key and item of each entry, by its number.
+        now: the bucket taken from last, counted from key 0.
+        key: key of the item [buckets].
+
+    Returns:
+        the number of entries ever added.
+    """
+    bucket = min(max(int(key), now), now + RING - 1) % RING
+    keys[count], items[count], below[count] = key, item, heads[bucket]
+    heads[bucket] = count
+    return count + 1
+
+
+@njit
+def first_bucket(heads: np.ndarray, now: int) -> int:
+    """The next bucket, counted from key 0, that holds anything; something must be left."""
+    while heads[now % RING] == EMPTY:
+        now += 1
+    return now
+
+
+CORNER_CUT = 0.0025
+"""A line may cut a rounded corner by so much: what the line between two neighbouring free cells can cut [m]."""
+SHORTEST_STEP = 0.02
+"""Along a boundary the line is looked at in steps of this length [m]."""
+
+
+@njit
+def sees(cells: Cells, a: int, b: int) -> bool:
+    """Returns whether the line from cell a to cell b (flat indices) is free.
+
+    Nothing is nearer than its clearance, so as much of the line is stepped over.
+    """
+    my = cells.blocked.shape[1]
+    x, y = cells.x + (a // my) * cells.spacing, cells.y + (a % my) * cells.spacing
+    dx, dy = (b // my - a // my) * cells.spacing, (b % my - a % my) * cells.spacing
+    distance = math.hypot(dx, dy)
+    along = 0.0
+    while along < distance:
+        share = along / distance
+        clearance = clearance_at(cells.clearance, cells.grid, x + share * dx, y + share * dy)
+        if clearance < -CORNER_CUT:
+            return False
+        along += max(clearance, SHORTEST_STEP)
+    return True
+
 
 UNSEEN, SEEN, DONE = 0, 1, 2
 """States of a cell: whether the line to its parent was checked, and whether its length is final."""

@@ -10,8 +10,9 @@ from collplan_core.jit import njit
 from collplan_core.reflection import rebound_slope
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at, normal_at
 from collplan_core.time_to_goal_planner.model import Problem
-from collplan_core.time_to_goal_planner.smoothing.cost import (
+from collplan_core.time_to_goal_planner.smoothing.forward import (
     MORE_LAG,
+    MOST_CHANGE,
     OFF_GOAL,
     OFF_SPEED,
     SLOWER,
@@ -20,7 +21,6 @@ from collplan_core.time_to_goal_planner.smoothing.cost import (
     contact_terms,
     stage,
 )
-from collplan_core.time_to_goal_planner.smoothing.forward import MOST_CHANGE
 from collplan_core.time_to_goal_planner.smoothing.knots import AX, ONE, TAU, VX, Gains, Knots, X
 
 LEAST_CURVATURE = 1e-3

@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY
-from collplan_core.time_to_goal_planner.control_interval import roll_interval
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, roll_interval
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, clip
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem

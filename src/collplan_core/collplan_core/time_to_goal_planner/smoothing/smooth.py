@@ -8,9 +8,8 @@ from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.arrival import is_there
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
-from collplan_core.time_to_goal_planner.full_plan import FullPlan, roll
+from collplan_core.time_to_goal_planner.full_plan import FullPlan, roll, sample_trajectory
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
-from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.smoothing.backward import backward
 from collplan_core.time_to_goal_planner.smoothing.commands import commands_along
 from collplan_core.time_to_goal_planner.smoothing.forward import forward

@@ -12,7 +12,7 @@ import numpy as np
 from collplan_core.evaluation.impact_matching import KINDS
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.scan import ScanError
-from collplan_core.sensing.beam_poses import placed_among
+from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.run.page.played_run import PlayedRun

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from collplan_core.evaluation.machine import pace_words
+from collplan_core.evaluation.run_end import pace_words
 from collplan_ros.run.impacts import Impacts, impacts_of
 from collplan_ros.run.picture.title import run_end, run_title
 from collplan_ros.run.recorded_run import RecordedRun
