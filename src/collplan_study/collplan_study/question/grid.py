@@ -10,16 +10,13 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory, map_period_of
-from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World, WorldError, check_route
 from collplan_study.errors import StudyError
 from collplan_study.question.question import Question, parse_axes
 from collplan_study.question.sources import Source
+from collplan_study.question.specification import specification_of
 
 STRATEGY, MAP_PERIOD, ENGINE = "planner.strategy", "planner.map_period", "simulator.engine"
-
-PAPER_MAP_PERIODS: Mapping[str, tuple[float, ...]] = dict.fromkeys(PAPER_WEIGHTS, (0.2, 0.4, 0.6, 0.8, 1.0))
-"""T_map [s] at which the paper evaluates its strategies, by name. Paper: IV-C."""
 
 NO_ABLATION: Mapping[str, Mapping[str, Any]] = {"": {}}
 """Ablations of a grid that has none: the empty name, which changes nothing."""
@@ -122,8 +119,8 @@ def _trials(question: Question, ablation: str) -> int:
 
 
 def _periods(question: Question, strategy: str) -> Sequence[float]:
-    """T_map [s] where the question names none: those of the paper's evaluation, else the strategy's own."""
-    evaluated = {} if question.bounces else PAPER_MAP_PERIODS
+    """T_map [s] where the question names none: those of its specification, else the strategy's own."""
+    evaluated = specification_of(question.bounces).map_periods
     return evaluated.get(strategy) or (map_period_of(Settings().with_values({STRATEGY: strategy})),)
 
 

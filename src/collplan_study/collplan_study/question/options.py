@@ -10,10 +10,9 @@ from typing import Any
 from collplan_core.command_line import examples
 from collplan_core.parameters import all_specs
 from collplan_study.errors import StudyError
-from collplan_study.question.ablations import DEFAULTS as ABLATION_DEFAULTS
-from collplan_study.question.bounces import DEFAULTS as BOUNCE_DEFAULTS
 from collplan_study.question.grid import Task
 from collplan_study.question.question import Question, question_from
+from collplan_study.question.specification import BOUNCES, PAPER, specification_of
 
 ALL, MAIN, ABLATIONS, NONE = "all", "main", "ablations", "none"
 
@@ -63,9 +62,8 @@ class StudyOptions:
         return self.run in (ALL, ABLATIONS if task.labels["ablation"] else MAIN)
 
     def _defaults(self) -> Mapping[str, Any]:
-        if self.overrides.get("bounces"):
-            return BOUNCE_DEFAULTS
-        return ABLATION_DEFAULTS if self.overrides.get("ablations") else {}
+        specification = specification_of(bool(self.overrides.get("bounces")))
+        return specification.with_ablations if self.overrides.get("ablations") else specification.defaults
 
     def _overridden(self, parts: Mapping[str, Any]) -> dict[str, Any]:
         """Parts of a question with the overrides of the command line; --set replaces only the parameters it names."""
@@ -151,7 +149,9 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     add("--start", type=float, nargs=2, metavar=("X", "Y"), help="start position [m] (default each world's own)")
     add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="goal position [m] (default each world's own)")
     add("--engine", metavar="NAME", help=f"engine that computes contacts: {_engines()} (default {default.engine})")
-    add("--ablations", action="store_true", help=f"run each named ablation too ({_defaults_text(ABLATION_DEFAULTS)})")
+    add(
+        "--ablations", action="store_true", help=f"run each named ablation too ({_defaults_text(PAPER.with_ablations)})"
+    )
     add("--no-ablations", dest="ablations", action="store_false", help="leave them out beside --bounces")
     add(
         "--ablation-strategies",
@@ -161,7 +161,7 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     )
     add("--ablation-trials", type=int, metavar="N", help="trials in each cell of an ablation (default as without)")
     held_out = "measure the gain by deliberate bounces, in worlds not used for tuning"
-    add("--bounces", action="store_true", help=f"{held_out} ({_defaults_text(BOUNCE_DEFAULTS)})")
+    add("--bounces", action="store_true", help=f"{held_out} ({_defaults_text(BOUNCES.defaults)})")
 
 
 def _engines() -> str:

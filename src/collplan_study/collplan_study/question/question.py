@@ -9,6 +9,7 @@ from collplan_core.parameters import Simulation, all_specs, unknown_key
 from collplan_core.parameters.spec import Spec
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_study.errors import StudyError
+from collplan_study.question.specification import specification_of
 
 OWN_OPTION = {
     "planner.strategy": "--strategies",
@@ -65,11 +66,11 @@ class Question:
             if strategy not in self.strategies:
                 expected = f"expected some of --strategies {','.join(self.strategies)}"
                 raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
-        if self.bounces:
-            self._check_bounces()
+        if specification_of(self.bounces).compares:
+            self._check_compared()
 
-    def _check_bounces(self) -> None:
-        """The report of bounces has neither axes nor several T_map."""
+    def _check_compared(self) -> None:
+        """Where strategies are compared there are neither axes nor several T_map."""
         several = [f"--set {text}" for text in self.values if "," in text]
         if len(self.map_periods or ()) > 1:
             several.append("--map-periods")

@@ -3,10 +3,10 @@
 import json
 import os
 from pathlib import Path
+from pkgutil import resolve_name
 
 from collplan_study.analysis.pairs import distinct
-from collplan_study.bounces.report import bounce_report
-from collplan_study.paper.report import paper_report
+from collplan_study.question.specification import specification_of
 from collplan_study.report.closing import closing_values
 from collplan_study.report.content import environment
 from collplan_study.report.study_data import read_study
@@ -22,7 +22,8 @@ def write_report(folder: Path) -> None:
         StudyError: the folder does not hold a study.
     """
     data = read_study(folder)
-    report = bounce_report(data) if data.provenance["question"].get("bounces") else paper_report(data)
+    specification = specification_of(bool(data.provenance["question"].get("bounces")))
+    report = resolve_name(specification.report)(data)
     _replace(folder / RESULTS, json.dumps(report.record, indent=2, allow_nan=False) + "\n")
     families = ", ".join(distinct(data.runs, "family"))
     values = {"families": families, **closing_values(data.runs, data.provenance), **report.values}

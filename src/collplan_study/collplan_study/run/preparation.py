@@ -8,12 +8,11 @@ from typing import Any
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError
 from collplan_study.errors import StudyError
-from collplan_study.question.ablations import ABLATIONS
-from collplan_study.question.bounces import variants_of
 from collplan_study.question.grid import NO_ABLATION, TrialGrid, make_grid
 from collplan_study.question.options import NONE, StudyOptions
 from collplan_study.question.question import Question, question_from
 from collplan_study.question.sources import Source, load_sources
+from collplan_study.question.specification import specification_of
 from collplan_study.run.provenance import Provenance, check_code, new_provenance
 from collplan_study.run.study_folder import check_new, read_provenance, read_sources
 from omnipuck_sim.robot.engine import check_installed
@@ -67,4 +66,4 @@ def _resumed(options: StudyOptions, folder: Path) -> Study:
 def _ablations(question: Question) -> Mapping[str, Mapping[str, Any]]:
     if not question.ablations:
         return NO_ABLATION
-    return variants_of(question.engine) if question.bounces else ABLATIONS
+    return specification_of(question.bounces).ablations(question.engine)
