@@ -1,8 +1,8 @@
 """The motions from which the place of the measured body on the robot is estimated.
 
-Slow ones first, which show whether the robot goes and turns as commanded. Where the wheels are so rough that
-these do not determine the place, more of them, faster: the wheels' noise adds up with time, and a faster motion takes
-less. The robot stays near where it began, as well as is known by then which way it goes.
+A fixed programme. Slow ones first, which show whether the robot goes and turns as commanded. Where the wheels are so
+rough that these do not determine the place, as many faster ones again: the wheels' noise adds up with time, and a
+faster motion takes less. The robot stays near where it began, as well as is known by then which way it goes.
 """
 
 import math
@@ -14,7 +14,7 @@ import numpy as np
 
 from collplan_core.calibration.mocap_offset import ENOUGH_POSITION, ENOUGH_YAW, BodyOffset, body_offset, mean_pose
 from collplan_core.calibration.stroke_fit import AxesFit, Stroke, centre, fit_axes
-from collplan_core.calibration.turn_fit import SETTLING_TIME, FittedTurn, TurnFit, fit_turns
+from collplan_core.calibration.turn_fit import FittedTurn, TurnFit, fit_turns
 from collplan_core.parameters import Robot
 from collplan_core.sensing.pose_filter import PoseSample
 
@@ -22,6 +22,8 @@ HALF_TURN, TURN_TIME = 1.05 * math.pi, 2.1
 """A turn is at least half a revolution long [rad], and takes at least so long [s]."""
 CAREFUL_ROUNDS = 4
 """Slow rounds: two turns to the left make a revolution, then two to the right."""
+QUICK_ROUNDS = 6
+"""Further rounds, where the slow ones leave the offset uncertain: all motions together take two and a half minutes."""
 NEAR = 0.04
 """Distance from the beginning from which the robot is not brought back [m]."""
 MOST_DISTANCE = 0.4
@@ -36,8 +38,6 @@ LARGEST_SHARE = 0.8
 """Largest share of the speed that is spent against a bias of the wheels."""
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
 """Factor of measured over commanded distance beyond which, either way, the robot is not driven back."""
-PAUSE = 0.85
-"""Time after a motion until the next one, roughly: coming to rest, and measuring there [s]."""
 NO_LEVER = np.zeros(2)
 
 
@@ -131,19 +131,10 @@ class MotionEstimate:
         return body_offset(self.axes, self.turns or TurnFit(NO_LEVER, math.inf, math.nan, math.inf))
 
     @property
-    def place_is_certain(self) -> bool:
-        """True where the point of the body about which the robot turns is known well enough."""
-        return self.turns is not None and self.turns.uncertainty <= ENOUGH_POSITION
-
-    @property
-    def heading_is_certain(self) -> bool:
-        """True where the body's heading on the robot is known well enough."""
-        return self.axes.uncertainty <= ENOUGH_YAW
-
-    @property
     def is_certain(self) -> bool:
-        """True where the offset is known well enough to drive with."""
-        return self.place_is_certain and self.heading_is_certain
+        """True where the offset is known well enough to drive with: the point about which it turns, and its heading."""
+        place = math.inf if self.turns is None else self.turns.uncertainty
+        return place <= ENOUGH_POSITION and self.axes.uncertainty <= ENOUGH_YAW
 
 
 def estimate(motions: Motions, lag: float) -> MotionEstimate:
@@ -176,42 +167,22 @@ def drive_each_way(robot: MeasuredRobot, pace: Pace, lag: float) -> Motions:
 
 
 def one_more_round(robot: MeasuredRobot, motions: Motions, pace: Pace, lag: float) -> Motions:
-    """A turn and strokes around the starting point, as far as their figures are not certain enough yet.
+    """A turn and strokes around the starting point.
 
     Raises:
         Strayed: it is too far from where it began.
     """
     known, rounds = estimate(motions, lag), len(motions.turns)
-    if not known.place_is_certain or rounds < CAREFUL_ROUNDS:
-        # so that a drift leads across the beginning
-        halfway = -0.5 * pace.turn_time * _drift(motions, known.axes)
-        motions = _to(robot, motions, known, pace, halfway, NEAR)
-        # left, left, right, right
-        motions = _with_turn(robot, motions, pace, 1.0 if rounds // 2 % 2 == 0 else -1.0, known.lever)
-        known = estimate(motions, lag)
-    if not known.heading_is_certain or rounds < CAREFUL_ROUNDS:
-        for _ in range(STROKES):
-            target = pace.reach * complex(np.exp(1j * GOLDEN_ANGLE * len(motions.strokes)))
-            motions = _to(robot, motions, known, pace, target, 0.0)
-    return motions
-
-
-def time_missing(motions: Motions, pace: Pace, lag: float) -> float:
-    """For how long rounds have to go on, roughly, until the offset is certain [s]; 0 where it is."""
+    # so that a drift leads across the beginning
+    halfway = -0.5 * pace.turn_time * _drift(motions, known.axes)
+    motions = _to(robot, motions, known, pace, halfway, NEAR)
+    # left, left, right, right
+    motions = _with_turn(robot, motions, pace, 1.0 if rounds // 2 % 2 == 0 else -1.0, known.lever)
     known = estimate(motions, lag)
-    place = known.turns.uncertainty if known.turns else math.inf
-    travel = sum(float(s.velocity @ s.velocity) * s.duration for s in motions.strokes)
-    spin = sum(turn.yaw_rate**2 * (turn.duration - SETTLING_TIME) for turn in motions.turns)
-    stroke_time = 2.0 * pace.reach * math.sin(0.5 * GOLDEN_ANGLE) / pace.speed
-    strokes = _missing(travel, known.axes.uncertainty / ENOUGH_YAW) / (pace.speed**2 * stroke_time)
-    turn_spin = pace.yaw_rate**2 * (pace.turn_time - SETTLING_TIME)
-    turns = _missing(spin, place / ENOUGH_POSITION) / turn_spin
-    return math.ceil(strokes) * (stroke_time + PAUSE) + math.ceil(turns) * (pace.turn_time + PAUSE)
-
-
-def _missing(driven: float, ratio: float) -> float:
-    """Returns how much driving is missing: a variance falls with it; `ratio` is the deviation over the one required."""
-    return driven * max(ratio**2 - 1.0, 0.0)
+    for _ in range(STROKES):
+        target = pace.reach * complex(np.exp(1j * GOLDEN_ANGLE * len(motions.strokes)))
+        motions = _to(robot, motions, known, pace, target, 0.0)
+    return motions
 
 
 def _with_turn(robot: MeasuredRobot, motions: Motions, pace: Pace, sign: float, lever: np.ndarray) -> Motions:

@@ -10,10 +10,10 @@ from collplan_core.calibration.turn_fit import TurnFit
 from collplan_core.plane import rotate
 from collplan_core.sensing.pose_filter import PoseSample
 
-ENOUGH_POSITION = 0.8e-3
-"""Standard deviation by axis of a position that is certain enough: 1 in 1000 is then off by 3 mm [m]."""
-ENOUGH_YAW = np.radians(0.3)
-"""Standard deviation of a heading that is certain enough: 1 in 1000 is then off by 1 degree [rad]."""
+ENOUGH_POSITION = 1.6e-3
+"""Standard deviation by axis of a position that is certain enough: 1 in 1000 is then off by 6 mm [m]."""
+ENOUGH_YAW = np.radians(0.5)
+"""Standard deviation of a heading that is certain enough: 1 in 1000 is then off by 1.6 degrees [rad]."""
 
 
 @dataclass(frozen=True)

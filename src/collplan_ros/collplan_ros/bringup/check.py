@@ -37,10 +37,6 @@ REPORT_PATIENCE = 10.0
 """Longest wait for a report of every node [s]; each sends one a second."""
 WATCHING_TIME = 2.0
 """Time for which poses of the robot at rest are recorded [s]."""
-MOST_TIME = 360.0
-"""Longest time for which it goes on where the first motions do not determine the offset [s]."""
-TELLING_PERIOD = 30.0
-"""Time after which it prints the offset's uncertainty so far [s]."""
 
 
 class Declined(RuntimeError):
@@ -181,31 +177,26 @@ class Check:
         known = estimate(motions, self._lag)
         self._judge([self._interruptions, *_found(known)])
         if not known.is_certain:  # a heading off by degrees turns every command
-            missing = body_motions.time_missing(motions, body_motions.quick(self._settings.robot), self._lag)
-            self._say(f"  that would take {missing:.0f} s more; a floor with a better grip needs less")
+            self._say("  a floor with a better grip, or motion capture with less noise, gives more")
             raise FoundWrong
         return known.offset
 
     def _go_on(self, motions: Motions) -> Motions:
-        """Quicker motions until the offset is certain, for MOST_TIME at most.
+        """The quicker motions.
 
         Raises:
             Strayed: the robot is too far from where it began.
         """
         pace, lag = body_motions.quick(self._settings.robot), self._lag
-        missing = min(body_motions.time_missing(motions, pace, lag), MOST_TIME)
-        self._say(f"  so far {_certainty(estimate(motions, lag))}")
+        offset = estimate(motions, lag).offset
+        position, yaw = 1e3 * offset.position_uncertainty, degrees(offset.yaw_uncertainty)
+        self._say(f"  so far +- {position:.1f} mm and {yaw:.2f} deg")
         self.ask(
-            f"go on for about {missing:.0f} s, up to {100 * pace.reach:g} cm to each side at up to {pace.limit:g} m/s, "
+            f"go on for a minute and a half, up to {100 * pace.reach:g} cm to each side at up to {pace.limit:g} m/s, "
             f"turning at {pace.yaw_rate:g} rad/s"
         )
-        begun = told = self._graph.pose.stamp
         with self._loop.resumed():
-            while not (known := estimate(motions, lag)).is_certain and self._graph.pose.stamp - begun < MOST_TIME:
-                if self._graph.pose.stamp - told >= TELLING_PERIOD:
-                    told = self._graph.pose.stamp
-                    more = body_motions.time_missing(motions, pace, lag)
-                    self._say(f"  {_certainty(known)}, about {more:.0f} s more")
+            for _ in range(body_motions.QUICK_ROUNDS):
                 motions = body_motions.one_more_round(self._loop, motions, pace, lag)
         return motions
 
@@ -254,8 +245,3 @@ def _found(known: MotionEstimate) -> list[Finding]:
 
 def _is_wrong(found: Sequence[Finding]) -> bool:
     return any(finding.verdict == WRONG for finding in found)
-
-
-def _certainty(known: MotionEstimate) -> str:
-    offset = known.offset
-    return f"+- {1e3 * offset.position_uncertainty:.1f} mm and {degrees(offset.yaw_uncertainty):.2f} deg"
