@@ -10,7 +10,6 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Path
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_srvs.srv import Trigger
@@ -25,21 +24,23 @@ from collplan_ros.messages.plan_trajectory import plan_to_trajectory
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
 from collplan_ros.messages.raw_writing import plan_to_path
-from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health, status_message
-from collplan_ros.node_kit.node_parameters import declare
+from collplan_ros.node_kit.diagnostics import OK, Health, status_message
+from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.nodes import view_node
 from collplan_ros.nodes.view_node import ViewNode
 from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 
 
-class Other(Node):
+class Other(GraphNode):
     """A node with parameters of its own, which reports."""
 
     def __init__(self, name, *groups, **kwargs):
-        super().__init__(name, **kwargs)
-        declare(self, *groups)
-        self.diagnostics = Diagnostics(self, lambda: Health(OK, "fine", {"plans": 3}))
+        super().__init__(name, groups, **kwargs)
+        self._begin()
+
+    def _health(self):
+        return Health(OK, "fine", {"plans": 3})
 
 
 class Bench:

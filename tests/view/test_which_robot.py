@@ -16,7 +16,8 @@ def test_which_robot():
         ({"/robot": SIMULATOR, "/p": PLANNER}, ["/q"], SIMULATED),
         ({"/robot": DRIVER, "/f": FIRMWARE}, [], EMULATED),
         ({"/robot": SERIAL, "/p": PLANNER}, [], REAL),
-        ({"/robot": SERIAL}, ["/q"], UNKNOWN),  # which may be the emulated firmware
+        ({"/robot": SERIAL}, ["/firmware_emulator"], UNKNOWN),
+        ({"/robot": SERIAL}, ["/a_lidar", "/view_node"], REAL),
         ({"/robot": SERIAL, "/f": FIRMWARE}, [], UNKNOWN),  # which may be at the port by another name
         ({"/robot": DRIVER}, [], UNKNOWN),
         ({"/robot": {"driver.port": "/dev/pts/3"}}, [], UNKNOWN),

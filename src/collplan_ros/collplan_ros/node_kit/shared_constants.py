@@ -1,4 +1,4 @@
-"""Constants that all nodes of a graph must share: published at each node's start, and compared."""
+"""Constants that all nodes of a graph must share, published and compared; and parameters that the page shows."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, CONSTANTS_SUBSCRIBED
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.clock import steady_clock
 from collplan_ros.node_kit.diagnostics import OK, WARN, Health
-from collplan_ros.node_kit.node_parameters import Group, specs_of
+from collplan_ros.node_kit.node_parameters import Group, on_change, specs_of
 from collplan_ros.node_kit.publishers import UNKNOWN, listed_publishers
 
 CHECK_PERIOD = 1.0
@@ -21,6 +21,19 @@ ABSENT_LOOKS = 3
 """Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
 GROUPS = ("robot.", "frames.", "limits.fence", "scan.")
 """Beginnings of the keys of constants that must be shared."""
+SHOWN = (
+    "simulator.world",
+    "simulator.speed_factor",
+    "lidar.world",
+    "robot.max_speed",
+    "planner.strategy",
+    "planner.goal_tolerance",
+    "remembered.spacing",
+    "limits.command_age",
+    "driver.port",
+    "emulator.link",
+)
+"""Keys of parameters that are told beside them, for the page; they may differ, and change."""
 
 
 def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
@@ -76,18 +89,25 @@ class SharedConstants:
         self._others: dict[str, Mapping[str, str]] = {}
         self._absences: Counter[str] = Counter()
         self._logged = ""
+        self._shown = [spec.key for spec in specs_of(groups) if spec.key in SHOWN]
         self._publisher = node.create_publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
         node.create_subscription(DiagnosticStatus, "shared_constants", self._take, CONSTANTS_SUBSCRIBED)
         # steady even where the node follows /clock: a clock that stands still must not hide who has ended
         node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
-        values = [KeyValue(key=key, value=value) for key, value in self._ours.items()]
-        self._publisher.publish(DiagnosticStatus(name=self._name, values=values))
+        on_change(node, self._tell, *groups)
+        self._tell(settings)
 
     def judged(self, health: Health) -> Health:
         """A node's health, a warning where it is OK but constants disagree."""
         if health.level != OK or not self.disagreement:
             return health
         return replace(health, level=WARN, message=self.disagreement)
+
+    def _tell(self, settings: Settings) -> None:
+        values = settings.values()
+        told = {**self._ours, **{key: repr(values[key]) for key in self._shown}}
+        pairs = [KeyValue(key=key, value=value) for key, value in told.items()]
+        self._publisher.publish(DiagnosticStatus(name=self._name, values=pairs))
 
     def _take(self, message: DiagnosticStatus) -> None:
         if message.name == self._name:

@@ -12,7 +12,6 @@ from std_srvs.srv import Trigger
 from collplan_ros.messages.conversions import goal_to_message, stamp_from_seconds
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.service_calls import ServiceCalls
-from collplan_ros.nodes.view_parameters import GraphParameters
 from collplan_ros.view.commands import CANCEL, CHOOSE, CLEAR_STOP, GOAL, RESUME, STOP, PageCommand
 from collplan_ros.view.server import Reply
 
@@ -25,11 +24,17 @@ MOST_WAITING = 100
 class ViewActions:
     """Takes commands from any thread and does them in the node's own."""
 
-    def __init__(self, node: Node, calls: ServiceCalls, parameters: GraphParameters, frame: str) -> None:
-        """Publishes and calls through `node`; goals are in `frame`."""
+    def __init__(
+        self,
+        node: Node,
+        calls: ServiceCalls,
+        choose: Callable[[str, Reply], None],
+        frame: str,
+    ) -> None:
+        """Publishes and calls through `node`; `choose` sets a strategy, and goals are in `frame`."""
         self._node = node
         self._calls = calls
-        self._parameters = parameters
+        self._choose = choose
         self._frame = frame
         self._goals = node.create_publisher(PoseStamped, "goal_pose", EVENT)
         for name in SERVICES:
@@ -62,7 +67,7 @@ class ViewActions:
         elif command.action == GOAL:
             self._give_goal(command, reply)
         elif command.action == CHOOSE:
-            self._parameters.choose(command.strategy, reply)
+            self._choose(command.strategy, reply)
 
     def _give_goal(self, command: PageCommand, reply: Reply) -> None:
         # this node receives goals too

@@ -10,9 +10,8 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry, Path
-from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy, qos_profile_parameter_events
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan, PointCloud2
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
@@ -91,7 +90,7 @@ class ViewInputs:
     ) -> None:
         """Subscribes in `node` and puts parts into `changes`; `clock` gives the local time [s].
 
-        `parameters` is notified of each node that reports, and of parameters that were set.
+        `parameters` takes what nodes tell of theirs.
         """
         self.goal: np.ndarray | None = None
         self.robot = ""
@@ -155,7 +154,7 @@ class ViewInputs:
         listen(DiagnosticStatus, "robot/state", self._take_hold, qos.LATCHED)
         listen(command_type(self._settings), "cmd_vel", self._take_command, COMMANDS)
         listen(DiagnosticArray, "/diagnostics", self._take_health, qos.DIAGNOSTICS_SUBSCRIBED)
-        listen(ParameterEvent, "/parameter_events", self._take_event, qos_profile_parameter_events)
+        listen(DiagnosticStatus, "shared_constants", self._take_constants, qos.CONSTANTS_SUBSCRIBED)
         self._put_goal()
 
     def close(self) -> None:
@@ -286,17 +285,17 @@ class ViewInputs:
             self.recent.commanded(sent - self._commanded, self._clock())
         self._commanded = sent
 
-    def _take_health(self, message: DiagnosticArray, info: Values) -> None:
+    def _take_health(self, message: DiagnosticArray, _: Values) -> None:
         for status in message.status:
             report = report_of(status, self._clock())
             if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
                 self.reports[report.name] = report
                 if (factor := real_time_factor(report.values)) is not None:
                     self.recent.reported(factor, report.came)
-                self._parameters.heard(report.name, info["publication_sequence_number"])
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES
 
-    def _take_event(self, event: ParameterEvent, _: Values) -> None:
-        self._parameters.take_event(event)
+    def _take_constants(self, message: DiagnosticStatus, _: Values) -> None:
+        if is_in(self._namespace, str(message.name)):
+            self._parameters.take(message)

@@ -26,7 +26,7 @@ from collplan_ros.nodes.view_inputs import ViewInputs
 from collplan_ros.nodes.view_parameters import STRATEGY, GraphParameters, first_of
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
-from collplan_ros.view.server import PageServer
+from collplan_ros.view.server import PageServer, Reply
 from collplan_ros.view.which_robot import Values, which_robot
 
 GROUPS = (View, ScanInput, Frames, "controller.stamped_cmd_vel")
@@ -60,7 +60,7 @@ class ViewNode(Node):
         self._calls = ServiceCalls(self)
         self._graph_parameters = GraphParameters(self._calls)
         self._inputs = ViewInputs(self, self._settings, self._graph_parameters, self._changes, self._now)
-        self._actions = ViewActions(self, self._calls, self._graph_parameters, self._settings.frames.map)
+        self._actions = ViewActions(self, self._calls, self._choose, self._settings.frames.map)
         self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
         self._world_name: str | None = None
         self._world: Future[World] | None = None
@@ -77,6 +77,9 @@ class ViewNode(Node):
     def address(self) -> str:
         """Address of the page."""
         return self._server.address
+
+    def _choose(self, strategy: str, reply: Reply) -> None:
+        self._graph_parameters.choose(strategy, self._inputs.heard, reply)
 
     def _now(self) -> float:
         return seconds(self._steady)

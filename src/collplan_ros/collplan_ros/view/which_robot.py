@@ -2,8 +2,11 @@
 
 from collections.abc import Collection, Mapping
 
+from collplan_core.parameters.file import NODES
 from collplan_ros.view.scene import EMULATED, REAL, SIMULATED, UNKNOWN
 
+TELL = {*NODES} - {"view_node"}
+"""Names of the nodes that tell their parameters."""
 Values = Mapping[str, object]
 """Parameters of a node by name."""
 
@@ -13,7 +16,7 @@ def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]
 
     Args:
         source: full name of the robot's node.
-        known: parameters of the nodes that have answered a request, by full name.
+        known: parameters that nodes have told, by full name.
         nodes: full names of all nodes that report.
     """
     own = known.get(source)
@@ -26,8 +29,8 @@ def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]
     port = own["driver.port"]
     if port in firmware:
         return EMULATED
-    # one that has not answered may be the emulated firmware, and one there is may be at the port by another name
-    in_doubt = bool(firmware) or any(name not in known for name in nodes)
+    # one that has not told its own may be the emulated firmware, and one there is may be at the port by another name
+    in_doubt = bool(firmware) or any(name.rpartition("/")[2] in TELL and name not in known for name in nodes)
     leads_to_hardware = isinstance(port, str) and port.startswith("/dev/") and not port.startswith("/dev/pts/")
     return REAL if leads_to_hardware and not in_doubt else UNKNOWN
 
