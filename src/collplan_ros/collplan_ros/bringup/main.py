@@ -5,7 +5,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ import numpy as np
 
 from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
-from collplan_core.worlds import UNKNOWN, World
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.driving import MONITORED, Bringup
 from collplan_ros.bringup.failures import NOT_REACHED, NOT_STARTED, RECORD_LOST, GraphError, Interrupted, StartError
@@ -26,11 +25,7 @@ from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
 from collplan_ros.run.recorded_run import RecordedRun, read_run
 from collplan_ros.run.result_files import PICTURE, Results, counted_impacts, write_result_files
-from collplan_ros.run.run_log import RunLog
 from collplan_ros.run.whole_file import RecordError, RunError, replacing
-
-BESIDE = 0.8
-"""Shown of an unknown world beside the robot's way [m]."""
 
 
 def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "") -> Results:
@@ -57,14 +52,12 @@ def make_pictures(run: RecordedRun, results: Results, preparation: Preparation) 
     """Draws trajectory.png and writes run.html, of a run with poses; returns why one of them is missing."""
 
     def picture() -> None:
-        from collplan_ros.run.picture.title import run_end, run_title
-        from collplan_ros.run.picture.trajectory_png import draw_trajectory
+        from collplan_ros.run.picture import draw_trajectory, run_end, run_title
 
-        log, goal, settings = run.log, preparation.goal, preparation.settings
-        world = _drawn(preparation.world, log, goal)
-        title = f"{run_title(world, settings, preparation.robot.simulated)}\n{run_end(results.summary)}"
+        world, simulated = preparation.world, preparation.robot.simulated
+        title = f"{run_title(world, preparation.settings, simulated)}: {run_end(results.summary)}"
         with replacing(run.folder / PICTURE) as path:
-            draw_trajectory(path, log, results.impacts, world, goal, settings, title)
+            draw_trajectory(path, run.folder, world, preparation.goal, title)
 
     def page() -> None:
         from collplan_ros.run.page import write_run_page
@@ -79,15 +72,6 @@ def make_pictures(run: RecordedRun, results: Results, preparation: Preparation) 
         except Exception as error:  # whatever it is: the run is over, and its figures are written
             missing.append(f"{name} not made: {type(error).__name__}: {error}")
     return missing
-
-
-def _drawn(world: World, log: RunLog, goal: np.ndarray) -> World:
-    """Returns the world of a picture; for an unknown one, bounds around the robot's way and its goal (2,) [m]."""
-    if world.name != UNKNOWN:
-        return world
-    places = np.vstack([goal, *((pose.x, pose.y) for pose in log.poses)])
-    low, high = (places.min(axis=0) - BESIDE).tolist(), (places.max(axis=0) + BESIDE).tolist()
-    return replace(world, bounds=(*low, *high))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from collplan_core.evaluation.run_end import pace_words
 from collplan_ros.run.impacts import Impacts, impacts_of
-from collplan_ros.run.picture.title import run_end, run_title
+from collplan_ros.run.picture import run_end, run_title
 from collplan_ros.run.recorded_run import RecordedRun
 from collplan_ros.run.whole_file import RunError
 from collplan_ros.view import scene

@@ -1,0 +1,64 @@
+"""trajectory.png: the robot's way through the world, from the result files of a run; and the title of its pictures."""
+
+import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from collplan_core.parameters import Settings
+from collplan_core.worlds import World
+from collplan_ros.run.result_files import IMPACTS, TRAJECTORY, counted_impacts
+
+LONGEST = 120
+"""Characters of a world's name that are shown."""
+AROUND = 0.8
+"""Shown of a world without an end beside the robot's way [m]."""
+
+
+def draw_trajectory(path: Path, folder: Path, world: World, goal: np.ndarray, title: str) -> None:
+    """Writes a picture of world, way coloured by speed, impacts and goal (2,) [m], from a run folder's files."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle, Polygon
+
+    way, hits = (
+        np.atleast_1d(np.genfromtxt(folder / name, delimiter=",", names=True)) for name in (TRAJECTORY, IMPACTS)
+    )
+    figure = Figure(figsize=(7.0, 7.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    # a world's name may hold what matplotlib takes for formulas
+    figure.suptitle("\n".join(textwrap.wrap(title, 80)), fontsize=10, parse_math=False)
+    axes = figure.add_subplot(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    for corners in world.polygons:
+        axes.add_patch(Polygon(corners, facecolor="#c9d1db", edgecolor="#46566b"))
+    for x, y, radius in world.circles:
+        axes.add_patch(Circle((x, y), radius, facecolor="#c9d1db", edgecolor="#46566b"))
+    speeds = axes.scatter(way["x"], way["y"], c=np.hypot(way["vx"], way["vy"]), s=5, cmap="plasma", vmin=0.0)
+    figure.colorbar(speeds, label="speed [m/s]", shrink=0.85)
+    axes.plot(hits["x"], hits["y"], "D", color="#d55e00", markeredgecolor="white", linestyle="none", label="impacts")
+    axes.plot(*goal, "*", color="#00855f", markersize=11, linestyle="none", label="goal")
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+    places = np.vstack([np.column_stack([way["x"], way["y"]]), goal])
+    ends = np.vstack([places.min(axis=0) - AROUND, places.max(axis=0) + AROUND])
+    x0, y0, x1, y1 = world.bounds if np.isfinite(world.bounds).all() and world.walled else ends.ravel()
+    axes.set(xlim=(x0, x1), ylim=(y0, y1))
+    figure.savefig(path, dpi=150)
+
+
+def run_title(world: World, settings: Settings, simulated: bool) -> str:
+    """World, strategy and seed of a run, and whether it was simulated, on one line."""
+    # a world's name may be any text: both ends of it tell more than its beginning
+    name = " ".join(world.name.split())
+    if len(name) > LONGEST:
+        name = f"{name[: LONGEST // 2]}...{name[3 - LONGEST // 2 :]}"
+    kind = "simulated" if simulated else "measured"
+    return f"{name}, {settings.planner.strategy}, seed {settings.simulator.seed} ({kind})"
+
+
+def run_end(summary: Mapping[str, Any]) -> str:
+    """Returns the end of a run on one line; `summary` is the content of summary.json."""
+    arrival = summary["arrival_time_s"]
+    end = f"goal reached in {arrival:.1f} s" if arrival is not None else summary["outcome"].replace("_", " ")
+    return f"{end}, {summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}"
