@@ -74,5 +74,5 @@ def _states_of_run(strategy: str, world: World, seed: int) -> Iterator[Logged]:
 
 def _states_every(run: TrialResult, settings: Settings) -> Iterator[State]:
     """The true states of a run, one each map_period."""
-    for t, x, y, vx, vy in run.trajectory[:: round(map_period_of(settings) * settings.simulator.mocap_rate)]:
+    for t, x, y, vx, vy in run.trajectory[:: round(map_period_of(settings.planner) * settings.simulator.mocap_rate)]:
         yield State(float(t), np.array([x, y]), np.array([vx, vy]), 0.0)

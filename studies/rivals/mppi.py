@@ -87,7 +87,7 @@ def mppi_planner(world: World, settings: Settings) -> Planner:
     def plan(
         memory: Any, local_map: Any, state: State, goal: Any, settings: Settings, deadline: Any = never
     ) -> tuple[Plan, Expected]:
-        place = [*state.position.tolist(), *initial_velocity(state, memory, settings).tolist()]
+        place = [*state.position.tolist(), *initial_velocity(state, memory, settings.mocap).tolist()]
         initial = motion_at(problem.clearance, problem.constants.grid, *place)
         begin = torch.tensor([*place, 0.0])
         if memory is not None:

@@ -33,7 +33,7 @@ BOUNCING = expecting(
 
 
 def initial(stamp: float, velocity, expected: Expected | None) -> np.ndarray:
-    return initial_velocity(State(stamp, np.zeros(2), np.array(velocity, dtype=float), 0.0), expected, SETTINGS)
+    return initial_velocity(State(stamp, np.zeros(2), np.array(velocity, dtype=float), 0.0), expected, SETTINGS.mocap)
 
 
 def test_without_an_expectation_the_measurement_counts():

@@ -231,9 +231,9 @@ def test_a_smooth_plan_is_kept_only_where_it_is_cheaper(monkeypatch):
 def test_the_strategies_own_map_reaches_farther_and_comes_sooner_than_the_paper_s():
     assert [local_mapping_of(with_strategy(name)).half_side for name in STRATEGIES] == [1.2] * 4
     assert local_mapping_of(with_strategy("harness")) == SETTINGS.local_map
-    assert [map_period_of(with_strategy(name)) for name in STRATEGIES] == [0.05] * 4
-    assert map_period_of(with_strategy("harness")) == 0.2
-    assert map_period_of(with_strategy("bounce", planner__map_period=0.1)) == 0.1
+    assert [map_period_of(with_strategy(name).planner) for name in STRATEGIES] == [0.05] * 4
+    assert map_period_of(with_strategy("harness").planner) == 0.2
+    assert map_period_of(with_strategy("bounce", planner__map_period=0.1).planner) == 0.1
 
 
 jumps = st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2))

@@ -394,7 +394,7 @@ def test_a_parameter_chooses_the_type_of_a_command_and_its_twist_is_the_same():
     for stamped, kind in ((False, Twist), (True, TwistStamped)):
         chosen = Settings().with_values({"controller.stamped_cmd_vel": stamped, "frames.base": "puck"})
         message = command_to_message(command, 12.5, chosen)
-        assert command_type(chosen) is type(message) is kind
+        assert command_type(chosen.controller) is type(message) is kind
         twist = twist_of(message)
         assert (twist.linear.x, twist.linear.y, twist.angular.z) == (0.3, -0.2, 0.1)
     assert (r.seconds_from_stamp(message.header.stamp), message.header.frame_id) == (12.5, "puck")

@@ -28,7 +28,7 @@ def worst_true_hit(strategy: str, seeds: range) -> float:
 
 
 def check(name: str, strategy: str, seeds: range) -> None:
-    longest = map_period_of(Settings().with_values({"planner.strategy": strategy})) + 0.2
+    longest = map_period_of(Settings().with_values({"planner.strategy": strategy}).planner) + 0.2
     worst = worst_true_hit(strategy, seeds)
     for seed in seeds:
         watched = watched_trial(LIES[name], world(seed), strategy, seed, **SHORT)

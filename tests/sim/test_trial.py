@@ -78,7 +78,7 @@ def test_what_a_run_reports_fits_together():
         chords = np.hypot(*np.diff(positions, axis=0).T)
         assert np.hypot(*(positions[-1] - positions[0])) <= result.path_length <= chords.sum() * (1 + 1e-6)
         assert len(result.plans) == len(result.plan_times) == len(result.candidates)
-        assert abs(len(result.plans) - result.arrival_time / map_period_of(SETTINGS)) <= 3
+        assert abs(len(result.plans) - result.arrival_time / map_period_of(SETTINGS.planner)) <= 3
         assert (result.candidates <= result.candidates_before_pruning).all()
         assert set(result.maneuvers) <= set(MANEUVERS)
         assert abs(sum(result.maneuvers.values()) - result.arrival_time * SETTINGS.controller.rate) <= 12

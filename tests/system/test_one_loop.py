@@ -153,7 +153,7 @@ class Nodes:
     def take(self, kind, message, local):
         self.local = local
         if kind == "planner":
-            tick(self.planner, map_period_of(self.settings))
+            tick(self.planner, map_period_of(self.settings.planner))
         elif kind == "controller":
             tick(self.controller, 1.0 / self.settings.controller.rate)
         else:

@@ -22,7 +22,7 @@ from omnipuck_sim.trial import run_trial
 SETTINGS = Settings().with_values({"planner.strategy": STRATEGY})
 TURNED = 0.3
 """Longest way of a robot that moves against its commands [m]."""
-NO_PLANS = plan_lifetime(map_period_of(SETTINGS))
+NO_PLANS = plan_lifetime(map_period_of(SETTINGS.planner))
 """Longest time from the first cycle without a plan to zero [s]."""
 CARRIED = 0.15
 """Longest time from the first pose off the floor, or elsewhere, to zero [s]."""

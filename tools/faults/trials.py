@@ -16,7 +16,7 @@ from omnipuck_sim import trial
 
 FAMILIES = ("corridor", "random", "serpentine", "u", "l", "z", "baffles", "pillars")
 STRATEGY = "avoid"
-SCAN = map_period_of(Settings().with_values({"planner.strategy": STRATEGY})) + 0.2
+SCAN = map_period_of(Settings().with_values({"planner.strategy": STRATEGY}).planner) + 0.2
 """Longest time from the first scan that lies to the robot's standing [s]."""
 STUCK = 1.0
 """Longest time from when the robot last moved, commanded to, until the planner says so [s]."""

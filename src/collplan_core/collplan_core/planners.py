@@ -11,7 +11,7 @@ from collplan_core.deadline import Deadline, after, never
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
-from collplan_core.parameters import LocalMapping, ParameterError, Settings
+from collplan_core.parameters import LocalMapping, ParameterError, Planning, Settings
 from collplan_core.plan import Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -167,14 +167,18 @@ def plan_once(scan: Scan, state: State, goal: np.ndarray, settings: Settings, me
     return planner_for(settings.planner.strategy).plan(memory, local_map, state, goal, settings)
 
 
-def map_period_of(settings: Settings) -> float:
+def map_period_of(planner: Planning) -> float:
     """T_map [s]: the parameter, or where that is 0 the planner's own."""
-    return settings.planner.map_period or planner_for(settings.planner.strategy).map_period
+    return planner.map_period or planner_for(planner.strategy).map_period
 
 
 def deadlines(clock: Callable[[], float]) -> Callable[[Settings], Deadline]:
     """Gives until when a plan that is begun now may be worked on, by `clock` [s]."""
-    return lambda settings: after(settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings), clock)
+
+    def deadline(settings: Settings) -> Deadline:
+        return after(settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings.planner), clock)
+
+    return deadline
 
 
 def local_mapping_of(settings: Settings) -> LocalMapping:

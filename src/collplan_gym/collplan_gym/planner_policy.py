@@ -58,7 +58,7 @@ class PlannerPolicy:
             self._loop.take_goal(np.array([x + ahead, y + left]), stamp)
         self._loop.take_scan(self._scan(observation["scan"]), stamp)
         if stamp >= self._due - SOON:
-            self._due = stamp + map_period_of(self._settings)
+            self._due = stamp + map_period_of(self._settings.planner)
             self._loop.plan(stamp)
         return np.asarray(self._loop.tick(stamp).velocity, dtype=np.float32)
 

@@ -227,7 +227,7 @@ def _run(nodes: _Nodes) -> str:
     rate = settings.simulator.physics_rate
     measuring, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
     mocap = _Timer(settings.simulator.mocap_rate, rate, settings.simulator.mocap_latency)
-    planner = _Timer(1.0 / map_period_of(settings), rate, PLANNER_PHASE)
+    planner = _Timer(1.0 / map_period_of(settings.planner), rate, PLANNER_PHASE)
     controller = _Timer(settings.controller.rate, rate, CONTROLLER_PHASE)
     timers = (measuring, mocap, lidar, planner, controller)
     step = 0

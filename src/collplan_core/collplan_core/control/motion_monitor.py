@@ -19,7 +19,7 @@ import numpy as np
 
 from collplan_core.control import stuck
 from collplan_core.control.stuck import with_row
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Mocap, Settings
 from collplan_core.sensing.motion_fit import DELAYS, LONGEST_DELAY, MASSES, STEP, misfits, ways
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_law
@@ -165,7 +165,7 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     if why_stuck:
         # what holds it unseen may push it aside as well
         return MotionVerdict(STUCK, record.delay, why_stuck), ignore_until(record, now + UNSEEN)
-    window = _window(record, now, settings)
+    window = _window(record, now, settings.mocap)
     if window is None:
         return MotionVerdict(OK, record.delay), replace(record, advantage=0.0)
     return _compared(record, *window, settings)
@@ -184,11 +184,11 @@ def _growth(record: MotionRecord, now: float) -> float:
     return float((recent[:, 0] - recent[:, 1]).min() - record.quickest)
 
 
-def _window(record: MotionRecord, now: float, settings: Settings) -> tuple[float, np.ndarray] | None:
+def _window(record: MotionRecord, now: float, mocap: Mocap) -> tuple[float, np.ndarray] | None:
     """Begin [s] and measured velocities (n, 2), STEP apart; None where too little can be judged."""
     motion = record.motion
     offset = (motion[:, 0] - motion[:, 1]).min()
-    times = motion[:, 1] + offset - 0.5 * settings.mocap.velocity_window
+    times = motion[:, 1] + offset - 0.5 * mocap.velocity_window
     end = times[-1]
     begin = max(end - WINDOW, record.free_since, times[0])
     n = int((end - begin) / STEP + 1e-6) + 1

@@ -169,7 +169,7 @@ class PlannerLoop:
         self.n_impacts += 1
         reason = why_not_now(stamp, self._inputs.now(local), settings.limits.pose_age)
         if not reason and self._inputs.state is not None:
-            reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
+            reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings.planner))
         if reason:
             self.refusals.add("impact", reason)
         else:
@@ -284,7 +284,7 @@ class PlannerLoop:
         if old:
             self._report_no_plan("stale", old, local)
         elif initial is not None and initial.stamp > self._planned_until:
-            self._plan(initial, now + plan_lifetime(map_period_of(settings)), local, deadline)
+            self._plan(initial, now + plan_lifetime(map_period_of(settings.planner)), local, deadline)
         elif initial is None or newest > self._planned_until:
             self._report_no_plan("no_pose", f"no pose for the scan's stamp {newest:.3f}", local)
 
@@ -357,7 +357,7 @@ class PlannerLoop:
         self._decisions.append(Notice(WARNING, f"{where}; try {recovery.tries} of {most}"))
         self.forget_plan()
         if plan is not None and self._placed is not None:
-            lasts = float(plan.times[-1]) + plan_lifetime(map_period_of(self._settings))
+            lasts = float(plan.times[-1]) + plan_lifetime(map_period_of(self._settings.planner))
             self._decide_on(plan, lasts, self._placed.local_map)
 
     def _try_the_same_way_again(self) -> None:

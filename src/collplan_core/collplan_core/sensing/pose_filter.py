@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from collplan_core.parameters import Mocap, Settings
+from collplan_core.parameters import Limits, Mocap, Settings
 from collplan_core.sensing.impact_detection import (
     IMPACT_REACH,
     DetectedImpact,
@@ -227,7 +227,7 @@ def _accepted(
     memory: FilterMemory, track: Track, sample: PoseSample, received: float, settings: Settings
 ) -> tuple[FilterResult, FilterMemory]:
     """The result of a pose that a track goes on with, and the memory with that track, cut at an impact."""
-    if _begins_anew(track, sample, settings):
+    if _begins_anew(track, sample, settings.limits):
         track = Track(begun=sample.stamp)
     x, y = sample.position.tolist()
     law = track_law(settings.robot, settings.mocap)
@@ -287,9 +287,9 @@ def _disagreement(track: Track, sample: PoseSample, received: float, settings: S
 
 def _goes_on(track: Track, sample: PoseSample, received: float, settings: Settings) -> bool:
     """Returns whether a pose continues an existing track."""
-    return not _begins_anew(track, sample, settings) and not _disagreement(track, sample, received, settings)
+    return not _begins_anew(track, sample, settings.limits) and not _disagreement(track, sample, received, settings)
 
 
-def _begins_anew(track: Track, sample: PoseSample, settings: Settings) -> bool:
+def _begins_anew(track: Track, sample: PoseSample, limits: Limits) -> bool:
     """Returns whether a pose is the first of a track, or the first after a gap."""
-    return track.newest is None or sample.stamp - track.newest.stamp > settings.limits.pose_age
+    return track.newest is None or sample.stamp - track.newest.stamp > limits.pose_age

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Mocap
 from collplan_core.state import State
 
 TRUST = 0.5
@@ -49,11 +49,11 @@ class Expected:
         return a + min(max(share, 0.0), 1.0) * (b - a)
 
 
-def initial_velocity(state: State, expected: Expected | None, settings: Settings) -> np.ndarray:
+def initial_velocity(state: State, expected: Expected | None, mocap: Mocap) -> np.ndarray:
     """(2,) the velocity at a state's stamp: measured, foreseen, or between them [m/s]."""
     if expected is None or not expected.times[0] <= state.stamp <= expected.times[-1]:
         return state.velocity
-    lag = 0.5 * settings.mocap.velocity_window
+    lag = 0.5 * mocap.velocity_window
     foreseen = expected.velocity_at(state.stamp)
     before = expected.velocity_at(max(state.stamp - lag, expected.times[0]))
     contacts = expected.contact_times

@@ -10,7 +10,7 @@ import numpy as np
 
 from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.record import LocalMap
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Mocap, Settings, TimeToGoal
 from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.arrival import UNSTOPPABLE
@@ -104,19 +104,19 @@ def plan_cycle(
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
     remembered, paths = way
     problem = problem_of(remembered.field, remembered.free, paths, settings)
-    initial = _initial_motion(problem, state, memory.expected, settings)
-    carried_on = _carried_on(problem, initial, memory, state.stamp, settings)
+    initial = _initial_motion(problem, state, memory.expected, settings.mocap)
+    carried_on = _carried_on(problem, initial, memory, state.stamp, settings.time_to_goal)
     best_so_far = min((plan.cost for plan in carried_on), default=np.inf)
     velocities = targets(problem, initial)
     if carried_on:
         velocities = velocities[memory.cycle % TURNS :: TURNS].copy()
     n_steps = round(settings.time_to_goal.horizon / STEP)
     coarse = coarse_plans(problem, initial, velocities, n_steps, best_so_far, MARGIN)
-    plans = carried_on + _from_coarse(problem, initial, coarse, settings)
+    plans = carried_on + _from_coarse(problem, initial, coarse, settings.time_to_goal)
     if not plans:  # no path leads on from anywhere around
         plans = [braking(problem, initial)]
     compared = _compared(coarse, plans)
-    best = _refined(problem, plans, np.random.default_rng(memory.cycle), deadline, settings)
+    best = _refined(problem, plans, np.random.default_rng(memory.cycle), deadline, settings.time_to_goal)
     if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
         best = braking(problem, initial)
     rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
@@ -138,16 +138,16 @@ def _updated(
     return replace(memory, remembered=remembered, paths=paths, map_stamp=local_map.stamp, cycle=memory.cycle + 1)
 
 
-def _initial_motion(problem: Problem, state: State, expected: Expected | None, settings: Settings) -> Motion:
-    x, y, vx, vy = (float(value) for value in (*state.position, *initial_velocity(state, expected, settings)))
+def _initial_motion(problem: Problem, state: State, expected: Expected | None, mocap: Mocap) -> Motion:
+    x, y, vx, vy = (float(value) for value in (*state.position, *initial_velocity(state, expected, mocap)))
     return motion_at(problem.clearance, problem.constants.grid, x, y, vx, vy)
 
 
 def _carried_on(
-    problem: Problem, initial: Motion, memory: RolloutMemory, stamp: float, settings: Settings
+    problem: Problem, initial: Motion, memory: RolloutMemory, stamp: float, time_to_goal: TimeToGoal
 ) -> list[FullPlan]:
     """Returns the rest of the last plan, as it is and led back to its path; empty where there is none."""
-    size = round(settings.time_to_goal.longest_plan / CONTROL_INTERVAL)
+    size = round(time_to_goal.longest_plan / CONTROL_INTERVAL)
     left = shifted(memory.commands, stamp - memory.plan_stamp)[:size]
     if not len(left) or memory.expected is None:
         return []
@@ -156,9 +156,9 @@ def _carried_on(
     return [roll(problem, initial, padded(each, size), len(left)) for each in (left, led_back)]
 
 
-def _from_coarse(problem: Problem, initial: Motion, coarse: CoarsePlans, settings: Settings) -> list[FullPlan]:
+def _from_coarse(problem: Problem, initial: Motion, coarse: CoarsePlans, time_to_goal: TimeToGoal) -> list[FullPlan]:
     """The best coarse plans, carried on to the goal."""
-    p = settings.time_to_goal
+    p = time_to_goal
     size, n_steps = round(p.longest_plan / CONTROL_INTERVAL), round(p.horizon / STEP)
     places = best_coarse(coarse.costs, p.n_starts)
     return [extended(problem, initial, *coarse_commands(coarse, place, n_steps, size)) for place in places]
@@ -178,10 +178,10 @@ def _compared(coarse: CoarsePlans, plans: list[FullPlan]) -> Candidates:
 
 
 def _refined(
-    problem: Problem, plans: list[FullPlan], random: np.random.Generator, deadline: Deadline, settings: Settings
+    problem: Problem, plans: list[FullPlan], random: np.random.Generator, deadline: Deadline, time_to_goal: TimeToGoal
 ) -> FullPlan:
     """The best of the plans, refined: some changes on each, the best few made smooth, and more changes on the best."""
-    p = settings.time_to_goal
+    p = time_to_goal
 
     def refined(plan: FullPlan, count: int) -> FullPlan:
         gained = np.inf

@@ -58,7 +58,7 @@ class OpenLoop:
         self.now = listener.local_time
         """The local clock [s]."""
         self._delay = SmallestDelay()
-        self._publisher = listener.node.create_publisher(command_type(settings), COMMANDS, NEWEST)
+        self._publisher = listener.node.create_publisher(command_type(settings.controller), COMMANDS, NEWEST)
         self._late_before = 0
         self._is_commanding = False
         self._is_near: Callable[[PoseSample], bool] | None = None

@@ -17,7 +17,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from collplan_core.command import Command
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Control, Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
@@ -155,9 +155,9 @@ def asks_for_rest(twist: Twist) -> bool:
     return bool(twist.linear.x == twist.linear.y == twist.angular.z == 0.0)
 
 
-def command_type(settings: Settings) -> type[Twist] | type[TwistStamped]:
+def command_type(controller: Control) -> type[Twist] | type[TwistStamped]:
     """The message type of cmd_vel."""
-    return TwistStamped if settings.controller.stamped_cmd_vel else Twist
+    return TwistStamped if controller.stamped_cmd_vel else Twist
 
 
 def command_to_message(command: Command, stamp: float, settings: Settings) -> Twist | TwistStamped:

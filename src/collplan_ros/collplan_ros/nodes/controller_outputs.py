@@ -59,7 +59,7 @@ class ControllerOutputs:
         self.command = stopped("just started")
         self._settings = settings
         self._log = node.get_logger()
-        self._cmd_vel = node.create_publisher(command_type(settings), "cmd_vel", qos.NEWEST_PUBLISHED)
+        self._cmd_vel = node.create_publisher(command_type(settings.controller), "cmd_vel", qos.NEWEST_PUBLISHED)
         self._maneuver = node.create_publisher(String, "maneuver", qos.LATCHED)
         self._source = node.get_fully_qualified_name()
         self._state = node.create_publisher(DiagnosticStatus, "controller/state", qos.LATCHED)

@@ -81,7 +81,7 @@ class PlannerNode(GraphNode):
         listen_to_sensors(
             inputs, lambda *why: journal.call(loop.refuse, *why), self._on_pose, self._on_scan, self._settings
         )
-        listen, command = inputs.listen, command_type(self._settings)
+        listen, command = inputs.listen, command_type(self._settings.controller)
         listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, EVENT, kind="goal")
         listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         listen(Empty, "robot/resumed", lambda _: journal.call(loop.forget_scans), qos.EVENT, EVENT)
@@ -90,17 +90,17 @@ class PlannerNode(GraphNode):
         listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_manual_command), qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._tell = serve_goals(self, self._on_goal, lambda: self._decide(self._loop.cancel), backlog.holds)
-        self._timer = call_each_period(self, map_period_of(self._settings), self._on_timer, self._local_clock)
+        self._timer = call_each_period(self, map_period_of(self._settings.planner), self._on_timer, self._local_clock)
         self._begin()
         self._heartbeat = Heartbeat(self, backlog.tick)
         self._inputs.ready(self._about())
 
     def _about(self) -> str:
-        return f"strategy {self._settings.planner.strategy}, a plan every {map_period_of(self._settings):g} s"
+        return f"strategy {self._settings.planner.strategy}, a plan every {map_period_of(self._settings.planner):g} s"
 
     def _change(self, settings: Settings) -> None:
         self._journal.call(self._loop.change_settings, settings)
-        self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
+        self._timer.timer_period_ns = round(map_period_of(settings.planner) * 1e9)
         before, self._settings = self._about(), settings
         if self._about() != before:
             self.get_logger().info(self._about())

@@ -87,7 +87,7 @@ class RobotContract:
         self._commanders = Commanders(node, "cmd_vel")
         self._state = RobotState(node)
         self._resumed = node.create_publisher(Empty, "robot/resumed", EVENT)
-        inputs.listen(command_type(settings), "cmd_vel", self._take_command, NEWEST, input_watch.EVENT)
+        inputs.listen(command_type(settings.controller), "cmd_vel", self._take_command, NEWEST, input_watch.EVENT)
         inputs.listen(GoalStatus, "goal_status", self._take_goal, LATCHED, input_watch.EVENT)
         self._serve("estop", self._stop)
         self._serve("clear_estop", self._clear_stop)

@@ -38,7 +38,7 @@ class TeleopInput:
         self._steady = steady_clock()
         self._age = SenderAge(self._limit)
         self._senders = Commanders(node, TOPIC)
-        inputs.listen(command_type(settings), TOPIC, self._take, NEWEST, EVENT, kind="hand")
+        inputs.listen(command_type(settings.controller), TOPIC, self._take, NEWEST, EVENT, kind="hand")
 
     def why_refused(self) -> str:
         """Returns which nodes send such commands now, where there are several; else ""."""

@@ -48,7 +48,7 @@ class TeleopNode(GraphNode):
         self._stop_pressed = False
         self._unsent: Command | None = None
         self._sent = 0
-        self._hand = self.create_publisher(command_type(self._settings), "hand/cmd_vel", NEWEST)
+        self._hand = self.create_publisher(command_type(self._settings.controller), "hand/cmd_vel", NEWEST)
         self._calls = ServiceCalls(self)
         for name in SERVICES:
             self._calls.keep(Trigger, name)

@@ -152,7 +152,7 @@ class ViewInputs:
         listen(PoseStamped, "impact/contact", self._take_impact, qos.EVENT)
         listen(DiagnosticStatus, "controller/state", lambda message, _: self._put(doing_parts(message)), qos.LATCHED)
         listen(DiagnosticStatus, "robot/state", self._take_hold, qos.LATCHED)
-        listen(command_type(self._settings), "cmd_vel", self._take_command, COMMANDS)
+        listen(command_type(self._settings.controller), "cmd_vel", self._take_command, COMMANDS)
         listen(DiagnosticArray, "/diagnostics", self._take_health, qos.DIAGNOSTICS_SUBSCRIBED)
         listen(DiagnosticStatus, "shared_constants", self._take_constants, qos.CONSTANTS_SUBSCRIBED)
         self._put_goal()

@@ -8,7 +8,7 @@ from typing import Any
 from mcap.records import Metadata
 
 import collplan_core.planners  # noqa: F401  (registers what a run may have been planned by)
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Settings, Simulation
 from collplan_core.parameters.file import parameters_of, read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import World, WorldError, load_world
@@ -93,7 +93,7 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
                 continue
         builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
     whole = has_end(folder / "summary.json"), is_whole(path)
-    return RecordedRun(folder, settings, _world(path, settings), builder.log, clock_ahead, namespace, *whole)
+    return RecordedRun(folder, settings, _world(path, settings.simulator), builder.log, clock_ahead, namespace, *whole)
 
 
 def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None:
@@ -119,12 +119,12 @@ def _settings(path: Path, recording: Path) -> Settings:
         raise RunError(str(error)) from None
 
 
-def _world(path: Path, settings: Settings) -> World:
+def _world(path: Path, simulator: Simulation) -> World:
     """Returns the world in the recording, whether or not its file still exists."""
     try:
         try:
-            return parse_text(attachment(path, WORLD), f"{path}: {WORLD}", settings.simulator.world)
+            return parse_text(attachment(path, WORLD), f"{path}: {WORLD}", simulator.world)
         except RunError:  # none is attached
-            return load_world(settings.simulator.world)
+            return load_world(simulator.world)
     except (WorldError, OSError) as error:
         raise RunError(f"{path}: simulator.world: {error}") from None

@@ -90,7 +90,7 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
     except ParameterError:  # mocap_node reports this, and ends
         pass
     for name in ("cmd_vel", "hand/cmd_vel"):
-        yield RecordedTopic(name, command_type(settings), EVERY_ONE)
+        yield RecordedTopic(name, command_type(settings.controller), EVERY_ONE)
     if settings.simulator.publishes_clock:
         yield RecordedTopic("/clock", Clock, EVERY_ONE)
     try:

@@ -121,7 +121,7 @@ def _trials(question: Question, ablation: str) -> int:
 def _periods(question: Question, strategy: str) -> Sequence[float]:
     """T_map [s] where the question names none: those of its specification, else the strategy's own."""
     evaluated = specification_of(question.bounces).map_periods
-    return evaluated.get(strategy) or (map_period_of(Settings().with_values({STRATEGY: strategy})),)
+    return evaluated.get(strategy) or (map_period_of(Settings().with_values({STRATEGY: strategy}).planner),)
 
 
 def _cell(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Planning
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_ros.run.page.events import beginning, log_events, message_events
 from collplan_ros.run.page.one_file import one_file, packed
@@ -70,7 +70,7 @@ def _frames(run: PlayedRun) -> tuple[list[Frame], list[str]]:
     """Returns all frames of a run, and a note on the parts that were not recorded."""
     events = [*log_events(run), *message_events(run)]
     frames = frames_of(run.run.log.poses, events, beginning(run), run.zero)
-    return frames, _missing(frames, run.run.settings)
+    return frames, _missing(frames, run.run.settings.planner)
 
 
 def largest_file(duration: float) -> int:
@@ -89,10 +89,10 @@ def _packed(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> st
     return packed({"title": run.title, "end": run.end, "reason": run.reason, "notes": notes, "frames": frames})
 
 
-def _missing(frames: Sequence[Frame], settings: Settings) -> list[str]:
+def _missing(frames: Sequence[Frame], planner: Planning) -> list[str]:
     """Returns a note that names the parts of the run that were not recorded; none where nothing is missing."""
     compared = any(frame.get("rollouts") or frame.get("candidates", {}).get("at") for frame in frames)
-    remembers = settings.planner.strategy in TIME_TO_GOAL
+    remembers = planner.strategy in TIME_TO_GOAL
     known = {
         "free space, frontiers and predicted boundaries": any("free" in frame for frame in frames),
         "what the planner compared": compared,
