@@ -123,13 +123,14 @@ class Graph:
             self.complaints = Complaints(preparation, self.recorder, node)
             self.goals = Goals(node, preparation.settings.frames.map, self.now)
             self._refuse_running_nodes()
+            watch = HangWatch()
+            if preparation.in_one_process:
+                stack.enter_context(watch.watching())
             stack.callback(self._stop_nodes)
             here = [name for name in CLASSES if name in preparation.programs] if preparation.in_one_process else []
             for name in preparation.programs.keys() - here:
                 self.processes.start(name, preparation.command(name, self._folder))
             if here:
-                watch = HangWatch()
-                stack.enter_context(watch.watching())
                 self.stepped = SteppedNodes(*self.listener.spun, watch, self._died, preparation.in_real_time)
                 self.listener.spin_with(self.stepped, self._logs)
                 for name in here:
