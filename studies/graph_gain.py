@@ -36,7 +36,7 @@ from collplan_study.analysis.statistics import MEAN, Estimate, level_of, share_o
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
 from collplan_study.report.content import number, with_interval
-from collplan_study.run.json_lines import JsonLines
+from collplan_study.run.row_file import JsonLines
 from markdown_text import Section, markdown
 from omnipuck_sim.trial import run_trial
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from collplan_core.evaluation.run_end import REACHED
-from collplan_study.run.json_lines import JsonLines
+from collplan_study.run.row_file import JsonLines
 from markdown_text import Section, markdown
 from rivals.runs import OPTIMUM, RIVALS, WORLDS, Case, cases, figures
 

@@ -17,8 +17,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseError
 from collplan_ros.messages.conversions import header
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
-from collplan_ros.nodes.frame_broadcast import frame_broadcast
-from collplan_ros.nodes.mocap_node import MocapNode
+from collplan_ros.nodes.mocap_node import MocapNode, frame_broadcast
 
 # Messages of packages that are not among the wheels, with the same fields.
 

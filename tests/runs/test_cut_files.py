@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from collplan_ros.fit.fit_robot import main as fit_robot
+from collplan_ros.replay.main import REFUSED, SAME
 from collplan_ros.replay.main import main as replay
-from collplan_ros.replay.report import REFUSED, SAME
 from collplan_ros.run.completion import complete
 from collplan_ros.run.page.beside import main as beside
 from collplan_ros.run.recorded_run import read_run

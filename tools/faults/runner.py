@@ -10,7 +10,7 @@ from random import Random
 from typing import Any
 
 from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
-from collplan_study.run.json_lines import JsonLines
+from collplan_study.run.row_file import JsonLines
 from faults.bench import BenchError
 from faults.fault import Fault, Measured
 

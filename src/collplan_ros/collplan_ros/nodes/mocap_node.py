@@ -2,15 +2,18 @@
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
+from rclpy.node import Node
 from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Limits, Mocap, Robot
+from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.impact_detection import DetectedImpact
 from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
@@ -27,13 +30,35 @@ from collplan_core.sensing.refused_pose import CLOCK, described_pose, why_clock_
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
-from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED
+from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED, TRANSFORMS
 from collplan_ros.node_kit.clock import described_age, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.nodes.frame_broadcast import frame_broadcast
+
+
+def frame_broadcast(node: Node) -> Callable[[Odometry], None]:
+    """Makes a function that publishes the pose of an odometry message as a transform on /tf.
+
+    Raises:
+        ParameterError: tf2_msgs is not installed.
+    """
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError:
+        raise ParameterError("mocap.publish_tf: got True, expected False where tf2_msgs is not installed") from None
+    publisher = node.create_publisher(TFMessage, "/tf", TRANSFORMS)
+
+    def broadcast(odometry: Odometry) -> None:
+        position = odometry.pose.pose.position
+        message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
+        message.transform.translation = Vector3(x=position.x, y=position.y, z=position.z)
+        message.transform.rotation = odometry.pose.pose.orientation
+        publisher.publish(TFMessage(transforms=[message]))
+
+    return broadcast
+
 
 GROUPS = (Robot, Mocap, Limits, Frames)
 LIVE = (Robot, Mocap, "limits.pose_age")

@@ -1,4 +1,4 @@
-"""Contract of a robot on the graph: the common behaviour of every robot, simulated or real.
+"""Contract of a robot on the graph: the common behaviour of every robot, simulated or real, and the topic robot/state.
 
 It takes cmd_vel and serves estop, clear_estop and resume. It is held from its start, after an emergency stop, and after
 a fault, until a person gives a new goal or calls resume; no command releases it.
@@ -10,6 +10,7 @@ from typing import Protocol
 
 import numpy as np
 from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 from std_msgs.msg import Empty
@@ -18,6 +19,7 @@ from std_srvs.srv import Trigger
 from collplan_core.ages import SmallestDelay, StallGuard
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.parameters import Settings
+from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
 from collplan_ros.messages.reading import twist_of
@@ -28,7 +30,56 @@ from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
 from collplan_ros.nodes.commanders import Commanders
-from collplan_ros.nodes.robot_state import RobotState
+
+AGAIN = 1.0
+"""Period at which the present state is repeated [s]: after a restart a latched message can be seconds late."""
+
+
+class RobotState:
+    """Publishes robot/state, latched, at every change and each AGAIN; logs changes too.
+
+    Attributes:
+        name: FREE, HELD or STOPPED.
+        message: reason why the robot does not move, and how to release it; empty where it is free.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Publishes through `node`; `tell` is to be called with the first state."""
+        self.name = self.message = ""
+        self._knows_planner = False
+        self._log = node.get_logger()
+        self._source = node.get_fully_qualified_name()
+        self._out = node.create_publisher(DiagnosticStatus, "robot/state", qos.LATCHED)
+        self._status = DiagnosticStatus()
+        node.create_timer(AGAIN, lambda: self._out.publish(self._status), clock=steady_clock())
+
+    def tell(self, name: str, reason: str, remedy: str, knows_planner: bool) -> None:
+        """Publishes the present state if it is another one.
+
+        Args:
+            name: FREE, HELD or STOPPED.
+            reason: reason why the robot does not move; empty where it is free.
+            remedy: action that lets it move again.
+            knows_planner: whether the planner was received: a goal given from then on is a new one.
+        """
+        whole = f"held, {reason}" if name == HELD else reason
+        message = f"{whole}: {remedy}" if reason else ""
+        if (name, message, knows_planner) == (self.name, self.message, self._knows_planner):
+            return
+        is_news, is_first = (name, message) != (self.name, self.message), not self.name
+        self.name, self.message, self._knows_planner = name, message, knows_planner
+        level = DiagnosticStatus.OK if name == FREE else DiagnosticStatus.WARN
+        values = {"state": name, "reason": reason, "knows_planner": "yes" if knows_planner else "no"}
+        pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+        self._status = DiagnosticStatus(level=level, name=self._source, message=message, values=pairs)
+        self._out.publish(self._status)
+        if not is_news:
+            return
+        if name == FREE or is_first:
+            self._log.info(message or "free: commands are followed")
+        else:
+            self._log.warning(message)
+
 
 STARTED = "just started"
 """Reason why a robot is held that no person has let move yet."""
