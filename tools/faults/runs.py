@@ -124,7 +124,7 @@ def in_folder(measured: Callable[[Path, Random], Measured]) -> Callable[[Bench, 
 
 def killed(folder: Path, chance: Random) -> Measured:
     """How much of a run that was killed is not on disk: time from its newest pose there to the kill."""
-    with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
+    with Run(folder / "runs", "--no-pictures", "--real-time", "--world", "serpentine:0") as run:
         wait_for(run.moving)
         # a run that is killed within its first second may leave nothing
         wait_for(run.has_recorded)
@@ -145,7 +145,7 @@ def killed(folder: Path, chance: Random) -> Measured:
 
 def disk_full(folder: Path, chance: Random) -> Measured:
     """Whether a run on a full disk ends with its own exit code and a sentence, and leaves its rows."""
-    with Run(folder / "runs", "--no-pictures", code=FULL) as run:
+    with Run(folder / "runs", "--no-pictures", "--real-time", code=FULL) as run:
         code = run.end()
     rows = len(read_run(run.out / "latest", pictured=False).log.poses)
     wrong = {
