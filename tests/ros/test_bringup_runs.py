@@ -19,12 +19,12 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from collplan_ros.bringup import complaints, driving, preparation
+from collplan_ros.bringup.driving import wait_until_ready
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.main import Bringup, main, run
 from collplan_ros.bringup.network import PROFILE, RANGE
 from collplan_ros.bringup.options import ROBOTS, Options, RobotKind
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.messages import qos
 from collplan_ros.run.completion import complete
 from collplan_ros.run.recorded_run import read_run

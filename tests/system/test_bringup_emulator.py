@@ -11,7 +11,7 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_ros.bringup import preparation, readiness
+from collplan_ros.bringup import driving, preparation
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options, robot_kind
@@ -47,7 +47,7 @@ def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(t
 
 def test_a_serial_robot_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(preparation, "NODES", ())
-    monkeypatch.setattr(readiness, "LINK_PATIENCE", 0.5)
+    monkeypatch.setattr(driving, "LINK_PATIENCE", 0.5)
     said = {"world": "corridor", "goal": (1.0, 0.3), "network": "local"}
     said_ = io.StringIO()
     result = run(Options(robot="serial:/dev/no_such_robot@57600", out=tmp_path / "runs", **said), Progress(said_))

@@ -33,6 +33,7 @@ from collplan_ros.bringup.check_findings import (
     DOUBTFUL,
     GOOD,
     WRONG,
+    Interruptions,
     axes_finding,
     drift_finding,
     interruption_finding,
@@ -43,7 +44,6 @@ from collplan_ros.bringup.check_findings import (
     turn_finding,
 )
 from collplan_ros.bringup.failures import GraphError
-from collplan_ros.bringup.interruptions import Interruptions
 from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.main import main
 from collplan_ros.bringup.open_loop import OpenLoop

@@ -8,10 +8,10 @@ from rosbags.highlevel import AnyReader
 from collplan_core.parameters.file import read_parameters
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds.file import parse_text
+from collplan_ros.bringup.driving import wait_until_ready
 from collplan_ros.bringup.main import Bringup, write_results
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.run.reader import attachment, description, messages
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.topics import recorded_topics

@@ -17,12 +17,12 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from collplan_ros.bringup.driving import wait_until_ready
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import find_executable, prepare
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.states import FREE
 from collplan_ros.node_kit.diagnostics import ERROR

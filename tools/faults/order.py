@@ -13,10 +13,10 @@ from random import Random
 from bringup_process import Run, nodes_of, wait_for
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from collplan_ros.bringup.driving import wait_until_ready
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.run.recorded_run import read_run
 from faults.fault import Fault, Measured

@@ -13,11 +13,11 @@ from bringup_process import Run, nodes_of, wait_for
 
 from collplan_core.evaluation.run_end import STUCK, TIMEOUT
 from collplan_core.parameters import Settings
+from collplan_ros.bringup.driving import wait_until_ready
 from collplan_ros.bringup.failures import RECORD_LOST
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.run.completion import complete
 from collplan_ros.run.recorded_run import read_run
 from faults.bench import Bench

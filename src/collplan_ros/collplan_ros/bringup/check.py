@@ -22,6 +22,7 @@ from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.worlds import has_room
 from collplan_ros.bringup import check_findings as findings
 from collplan_ros.bringup.check_findings import WRONG, Finding
+from collplan_ros.bringup.driving import refuse_kept_stop, wait_until_poses_come
 from collplan_ros.bringup.failures import FOUND_WRONG, GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.lidar_scans import LidarScans
@@ -29,7 +30,6 @@ from collplan_ros.bringup.open_loop import InterruptedTooOften, OpenLoop
 from collplan_ros.bringup.options import REAL, Options
 from collplan_ros.bringup.preparation import FLOOR, Preparation, prepare
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.readiness import refuse_kept_stop, wait_until_poses_come
 from collplan_ros.bringup.run_folder import RunFolder
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")

@@ -14,12 +14,11 @@ import numpy as np
 from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_ros.bringup.check import check
-from collplan_ros.bringup.driving import MONITORED, Bringup
+from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.failures import NOT_REACHED, NOT_STARTED, RECORD_LOST, GraphError, Interrupted, StartError
 from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.readiness import refuse_kept_stop, wait_until_ready
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS

@@ -12,10 +12,10 @@ from collplan_core.ages import SmallestDelay
 from collplan_core.command import FREE_SPACE, Command
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
+from collplan_ros.bringup.check_findings import Interruptions, is_interrupted
 from collplan_ros.bringup.complaints import COMMANDS
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
-from collplan_ros.bringup.interruptions import Interruptions, is_interrupted
 from collplan_ros.bringup.paced_commands import PacedCommands, PacedMotion
 from collplan_ros.messages.conversions import command_to_message, command_type
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
