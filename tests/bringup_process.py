@@ -70,7 +70,7 @@ class Run:
         recording = self.out / "latest" / RECORDING
         if not recording.exists() or not recording.stat().st_size:
             return False
-        return bool(read_run(recording.parent, pictured=False).log.poses)
+        return bool(read_run(recording.parent).log.poses)
 
     def end(self) -> int:
         return self.process.wait(PATIENCE)

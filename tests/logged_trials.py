@@ -9,7 +9,7 @@ from collplan_core.parameters import Settings
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.worlds import load_world
-from collplan_ros.run.run_log import DetectedImpactRecord, ImpactRecord, PlanRow, PoseRow, RunLog
+from collplan_ros.run.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
 from omnipuck_sim import trial
 
 
@@ -28,7 +28,7 @@ def logged_trial(world: str, settings: Settings, seed: int) -> RunLog:
     class LoggedRecord(trial.TrialRecord):
         def planned(self, plan, planning_time):
             super().planned(plan, planning_time)
-            log.plans[plan.stamp] = PlanRow(plan.stamp, plan.times, plan.positions, plan.contacts)
+            log.plans[plan.stamp] = plan.contacts
 
         def moved(self, truth):
             super().moved(truth)

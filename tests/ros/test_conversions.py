@@ -105,7 +105,7 @@ def test_odometry_that_is_refused():
 def test_goal_and_impact(stamp, point):
     goal = sent(c.goal_to_message(point, "map"))
     goal.pose.orientation.w = 0.0  # it needs none
-    np.testing.assert_array_equal(c.goal_from_message(goal, "map"), point)
+    np.testing.assert_array_equal(r.goal_from_message(goal, "map"), point)
     at, value = r.impact_from_message(sent(c.impact_to_message(stamp, point, "map")), "map")
     assert at == stamp
     np.testing.assert_array_equal(value, point)

@@ -24,8 +24,9 @@ from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import impact_contact_to_message, state_to_odometry
 from collplan_ros.messages.planner_clouds import true_impact_to_message
+from collplan_ros.messages.raw_reading import BYTES_TOPICS
 from collplan_ros.run.impacts import impacts_of
-from collplan_ros.run.log_builder import BYTES_TOPICS, LogBuilder
+from collplan_ros.run.log_builder import LogBuilder
 from collplan_ros.run.recorded_run import take_mark
 from collplan_ros.run.recorder import Recorder
 from collplan_ros.run.result_files import summarize, write_trajectory

@@ -31,7 +31,7 @@ def bumping_run(parent: Path, duration: float, seed: int = 0, speeds=SPEEDS, **v
     goal = np.array([2.0, 0.5])
     prepared = Preparation(ROBOTS["sim"], "local", settings, room, goal, {})
     write_recording(folder.path, _driven(settings, duration, seed, speeds), goal, world=room)
-    write_results(read_run(folder.path, pictured=False), prepared, "timeout")
+    write_results(read_run(folder.path), prepared, "timeout")
     return folder.path
 
 

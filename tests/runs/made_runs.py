@@ -14,7 +14,6 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, timed_path
-from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
@@ -27,7 +26,6 @@ from collplan_ros.run.description import GOAL as GOAL_GIVEN
 from collplan_ros.run.run_log import (
     DetectedImpactRecord,
     ImpactRecord,
-    PlanRow,
     PoseRow,
     RunLog,
     SentCommand,
@@ -70,13 +68,9 @@ def bouncing_run() -> RunLog:
         log.truth.append(row)
         if k % 5 == 0:
             log.sent_commands.append(SentCommand(77.0 + t, 0.3 if t > 0.12 else 0.0, 0.0, 0.0))
-            log.scans.append(
-                simulate_scan(room(), State(row.stamp, np.array([row.x, row.y]), np.zeros(2), 0.0), Settings().lidar)
-            )
         if k % 20 == 0:
             touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]]))
-            times, path = EPOCH + t + np.array([0.0, 1.0]), np.array([[x, 0.1], [x + 0.5, 0.1]])
-            log.plans[EPOCH + t] = PlanRow(EPOCH + t, times, path, touch if t < HIT_AT else Contacts.none())
+            log.plans[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.true_impacts.append(HIT)
     return log
@@ -129,11 +123,13 @@ def _said(log: RunLog) -> Iterator[Said]:
         yield row.sent, "maneuver", String(data=row.name)
     for hit in log.true_impacts:
         yield hit.stamp - AHEAD, "ground_truth/impact/contact", true_impact_to_message(hit[1:], hit.stamp, frames.map)
-    for row in log.plans.values():
-        still = np.zeros_like(row.positions)
-        plan = timed_path(row.stamp, row.times, row.positions, still, contacts=row.contacts)
+    for stamp, contacts in log.plans.items():
+        x = next(row.x for row in log.poses if row.stamp >= stamp)
+        path = np.array([[x, 0.1], [x + 0.5, 0.1]])
+        plan = timed_path(stamp, stamp + np.array([0.0, 1.0]), path, np.zeros((2, 2)), contacts=contacts)
         trajectory = deserialize_message(plan_to_trajectory(plan, frames.map), MultiDOFJointTrajectory)
         yield plan.stamp - AHEAD + THOUGHT, "planner/trajectory", trajectory
         yield plan.stamp - AHEAD + THOUGHT, "plan", deserialize_message(plan_to_path(plan, frames.map), PathMessage)
-    for scan in log.scans:
+    for row in log.poses[::5]:
+        scan = simulate_scan(room(), row.state, Settings().lidar)
         yield scan.stamp - AHEAD, "scan", scan_to_message(scan, frames.base)

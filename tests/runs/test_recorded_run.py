@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.clock_steps import RunTimes, SendTimes, continued
+from collplan_core.clock_steps import RunTimes, SendTimes
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
@@ -38,7 +38,7 @@ def assert_same(read: RunLog, log: RunLog) -> None:
         np.testing.assert_allclose(getattr(read, name), getattr(log, name), atol=1e-6, err_msg=name)
     assert [command.maneuver for command in read.commands] == [command.maneuver for command in log.commands]
     assert list(read.plans) == pytest.approx(list(log.plans))
-    assert [len(plan.contacts.times) for plan in read.plans.values()] == [1] * 5 + [0] * 5
+    assert [len(contacts.times) for contacts in read.plans.values()] == [1] * 5 + [0] * 5
     assert read.goal.tolist() == GOAL.tolist()
 
 
@@ -57,12 +57,9 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     before = {path: path.stat().st_mtime_ns for path in killed.iterdir()}
     run, log = read_run(killed), bouncing_run()
     assert_same(run.log, log)
-    assert [s.stamp for s in run.log.scans] == pytest.approx([s.stamp for s in log.scans])
-    for plan, expected in zip(run.log.plans.values(), log.plans.values(), strict=True):
-        np.testing.assert_allclose(plan.times, expected.times, atol=1e-6)
+    for contacts, expected in zip(run.log.plans.values(), log.plans.values(), strict=True):
+        np.testing.assert_allclose(contacts.times, expected.times, atol=1e-6)
     assert (run.log.simulated, run.note.startswith(f"{killed}: incomplete")) == (True, True)
-    unpictured = read_run(killed, pictured=False).log
-    assert (unpictured.scans, unpictured.poses) == ([], run.log.poses)
     shown, impacts = played(read_run(killed)), impacts_of(log, WINDOW)
     assert shown.end == "incomplete"
     np.testing.assert_allclose(shown.impacts.times, impacts.times, atol=1e-6)
@@ -73,12 +70,12 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
 @given(st.floats(0.0, 1.0))
 @settings(derandomize=True, deadline=None, max_examples=200)
 def test_a_recording_cut_off_anywhere_is_read_as_far_as_it_goes(killed, cut):
-    whole = read_run(killed, pictured=False).log
+    whole = read_run(killed).log
     content = (killed / RECORDING).read_bytes()
     with tempfile.TemporaryDirectory() as name:
         folder = shutil.copytree(killed, Path(name) / "run")
         (folder / RECORDING).write_bytes(content[: max(HEADER, round(cut * len(content)))])
-        read = read_run(folder, pictured=False).log
+        read = read_run(folder).log
     assert read.poses == whole.poses[: len(read.poses)]
 
 
@@ -149,7 +146,7 @@ def test_the_time_of_a_run_goes_on_where_the_stamps_step(stretches):
             assert time == pytest.approx(sent + 50.0, abs=1e-6)
             assert before is None or time > before
             before = time
-            assert continued(sent + ahead - 0.02, time, times.corrections) == pytest.approx(time - 0.02, abs=1e-6)
+            assert times.of(sent + ahead - 0.02) == pytest.approx(time - 0.02, abs=1e-6)
         ahead += step
 
 

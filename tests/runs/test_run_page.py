@@ -6,12 +6,10 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from collplan_ros.replay.main import main
 from collplan_ros.run.page import write_run_page
-from collplan_ros.run.page.run_frames import LATEST, Event, frames_of, thinned
+from collplan_ros.run.page.run_frames import thinned
 from collplan_ros.run.run_log import PoseRow, RunLog
 from collplan_ros.run.whole_file import RunError
 from collplan_ros.run.writer import RECORDING
@@ -111,31 +109,6 @@ def test_what_happened_is_told_at_its_time(frames):
     assert (costs["planning_time"], costs["hardest"], costs["strategy"]) == (3.25, 400, "harness")
     assert newest(frames, "hold", 9.0) == {"state": "held", "message": "its node has started"}
     assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
-
-
-few = settings(derandomize=True, deadline=None, max_examples=30)
-TIMES = st.floats(0.0, 2.0).map(lambda t: round(t, 3))
-
-
-@given(
-    stamps=st.lists(TIMES, min_size=1, max_size=40, unique=True).map(sorted),
-    events=st.lists(st.tuples(TIMES, st.sampled_from(["plan", "scan", "goal"]), st.integers(0, 9)), max_size=30),
-)
-@few
-def test_each_frame_completes_what_was_known_at_its_time(stamps, events):
-    poses = [PoseRow(t, t, -t, 0.0, 0.0, 0.0) for t in stamps]
-    frames = frames_of(poses, [Event(*event) for event in events], {"world": None}, zero=0.0)
-    rows = poses_in(frames)
-    np.testing.assert_allclose(rows[:, 1], 1e3 * np.array(stamps), atol=0.51)
-    assert frames[-1]["t"] == pytest.approx(stamps[-1])
-    shown = {}
-    for frame in frames:
-        shown.update(frame)
-        until = frame["t"] + (LATEST if frame is frames[-1] else 0.0)
-        known = [event for event in sorted(events, key=lambda each: each[0]) if event[0] <= until]
-        expected = {part: value for _, part, value in known}
-        assert {part: shown[part] for part in expected} == expected
-        assert shown.keys() - {"t", "robot", "trail", "world"} == expected.keys()
 
 
 def test_a_page_too_large_keeps_the_first_of_what_is_heavy_and_all_that_happened(frames):

@@ -93,7 +93,7 @@ class Loops:
         elif kind == "impact":
             self.pass_on(self.planner.take_impact(*reading.impact_from_message(message, MAP), local), local)
         elif kind == "goal_pose":
-            position = conversions.goal_from_message(message, MAP)
+            position = reading.goal_from_message(message, MAP)
             self.pass_on(self.planner.take_goal(bytes(16), position, local), local)
         elif kind == "planner":
             self.pass_on(self.planner.cycle(local), local)

@@ -136,7 +136,7 @@ def killed(folder: Path, chance: Random) -> Measured:
     while nodes_of(run.out) and time.monotonic() < begun + ORPHANS:
         time.sleep(0.02)
     left = (run.out / "latest").resolve()
-    poses = read_run(left, pictured=False).log.poses
+    poses = read_run(left).log.poses
     complete(left)
     lost = at - poses[-1].sent
     orphans = nodes_of(run.out)
@@ -147,7 +147,7 @@ def disk_full(folder: Path, chance: Random) -> Measured:
     """Whether a run on a full disk ends with its own exit code and a sentence, and leaves its rows."""
     with Run(folder / "runs", "--no-pictures", "--real-time", code=FULL) as run:
         code = run.end()
-    rows = len(read_run(run.out / "latest", pictured=False).log.poses)
+    rows = len(read_run(run.out / "latest").log.poses)
     wrong = {
         f"exit code {code}": code != RECORD_LOST,
         "no sentence": "cannot be written: File too large" not in run.text,

@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 STEP = 0.01
 """Change between the two clocks beyond which one was set [s]."""
@@ -87,31 +87,27 @@ class SendTimes:
 
 
 class RunTimes:
-    """Continues the time of a run over steps of the clock that stamps its poses.
-
-    Attributes:
-        corrections: corrections added to stamps so far [s]; the last one holds now.
-    """
+    """Continues the time of a run over steps of the clock that stamps its poses."""
 
     def __init__(self, pace: float = 1.0) -> None:
         """`pace` is how many seconds of stamps pass in one of the steady clock; 0 where that varies."""
-        self.corrections = [0.0]
+        self._corrections = [0.0]
         self._pace = pace
         self._last: tuple[float, float] | None = None
 
     def of_pose(self, stamp: float, sent: float) -> float:
         """Time [s] of the next pose, from its stamp [s] and when it was sent [s, steady clock]."""
-        time = stamp + self.corrections[-1]
+        time = stamp + self._corrections[-1]
         if self._last is not None:
             last, last_sent = self._last
             expected = last + self._pace * max(0.0, sent - last_sent)
             if time < last or (self._pace and abs(time - expected) > self._pace * POSES_STEP):
-                self.corrections = [*self.corrections[-MOST:], expected - stamp]
+                self._corrections = [*self._corrections[-MOST:], expected - stamp]
                 time = expected
         self._last = time, sent
         return time
 
-
-def continued(stamp: float, near: float, corrections: Sequence[float]) -> float:
-    """Time [s] of a stamp [s] of another message, by that correction which puts it nearest to the time `near` [s]."""
-    return min((stamp + correction for correction in corrections), key=lambda time: abs(time - near))
+    def of(self, stamp: float) -> float:
+        """Time [s] of the stamp [s] of another message: by the correction that puts it nearest to the last pose."""
+        near = stamp if self._last is None else self._last[0]
+        return min((stamp + correction for correction in self._corrections), key=lambda time: abs(time - near))

@@ -112,7 +112,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
         say("writing the results ...")
         try:
             with StopSignal().listening():  # another Ctrl-C does not cost what is written now
-                recorded = read_run(folder.path, options.pictures)
+                recorded = read_run(folder.path)
                 results = write_results(recorded, preparation, outcome, message)
         except (RecordError, RunError, OSError) as error:
             say(f"{error}; what was recorded until then is in {folder.recording}")

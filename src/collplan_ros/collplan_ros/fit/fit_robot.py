@@ -101,7 +101,7 @@ def _fit(options: argparse.Namespace) -> None:
 
 def _read(folders: Sequence[Path]) -> list[FittedRun]:
     """Reads each run once, also where the link `latest` names a folder again."""
-    read = [read_run(folder, pictured=False) for folder in dict.fromkeys(folder.resolve() for folder in folders)]
+    read = [read_run(folder) for folder in dict.fromkeys(folder.resolve() for folder in folders)]
     runs = [fitted_run(run) for run in read]
     for note in filter(None, (run.note for run in read)):
         print(f"note: {note}")

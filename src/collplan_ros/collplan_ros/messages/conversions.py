@@ -24,7 +24,7 @@ from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import EXACT, Deviations
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
-from collplan_ros.messages.reading import NANOSECONDS, check_finite, check_frame
+from collplan_ros.messages.reading import NANOSECONDS
 
 UNMEASURED = 1e6
 """Variance of unmeasured fields of an Odometry, which are 0: height, roll and pitch, and their rates; in SI units."""
@@ -71,18 +71,6 @@ def _tipped(upright: Quaternion, tilt: float) -> Quaternion:
 def goal_to_message(goal: np.ndarray, frame: str, stamp: float = 0.0) -> PoseStamped:
     """Message of a goal (2,) [m] in `frame`; its orientation has no meaning."""
     return pose_to_message(PoseSample(stamp, np.asarray(goal), 0.0), frame)
-
-
-def goal_from_message(message: PoseStamped, frame: str) -> np.ndarray:
-    """The goal (2,) [m, `frame`] in a message.
-
-    Raises:
-        MessageError: another frame, or not finite.
-    """
-    check_frame("header.frame_id", message.header.frame_id, frame)
-    x, y = float(message.pose.position.x), float(message.pose.position.y)
-    check_finite("pose.position", x, y)
-    return np.array([x, y])
 
 
 def state_to_odometry(

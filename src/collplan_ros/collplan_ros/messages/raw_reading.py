@@ -22,6 +22,8 @@ from collplan_ros.messages.reading import (
     yaw_of,
 )
 
+BYTES_TOPICS = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
+"""Topics whose messages are taken as bytes."""
 LITTLE_ENDIAN = b"\x00\x01"
 START = 4
 _COUNT = Struct("<I")

@@ -143,6 +143,18 @@ def yaw_of(x: float, y: float, z: float, w: float) -> float:
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
+def goal_from_message(message: Any, frame: str) -> np.ndarray:
+    """The goal (2,) [m, `frame`] in a message.
+
+    Raises:
+        MessageError: another frame, or not finite.
+    """
+    check_frame("header.frame_id", message.header.frame_id, frame)
+    x, y = float(message.pose.position.x), float(message.pose.position.y)
+    check_finite("pose.position", x, y)
+    return np.array([x, y])
+
+
 def impact_from_message(message: Any, frame: str) -> tuple[float, np.ndarray]:
     """The stamp [s] and the change of velocity (2,) [m/s, `frame`] of an impact in a message.
 

@@ -35,8 +35,14 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
-from collplan_ros.messages.conversions import command_type, goal_from_message
-from collplan_ros.messages.reading import MessageError, impact_from_message, twist_of, velocity_from_twist
+from collplan_ros.messages.conversions import command_type
+from collplan_ros.messages.reading import (
+    MessageError,
+    goal_from_message,
+    impact_from_message,
+    twist_of,
+    velocity_from_twist,
+)
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import follows_clock
 from collplan_ros.node_kit.diagnostics import Health

@@ -25,6 +25,7 @@ from collplan_ros.nodes.view_actions import ViewActions
 from collplan_ros.nodes.view_inputs import ViewInputs
 from collplan_ros.nodes.view_parameters import STRATEGY, GraphParameters, first_of
 from collplan_ros.view import scene
+from collplan_ros.view.drawn_graph import DrawnGraph
 from collplan_ros.view.frames import Changes
 from collplan_ros.view.server import PageServer, Reply
 from collplan_ros.view.which_robot import Values, which_robot
@@ -59,7 +60,7 @@ class ViewNode(Node):
         self._changes = Changes()
         self._calls = ServiceCalls(self)
         self._graph_parameters = GraphParameters(self._calls)
-        self._inputs = ViewInputs(self, self._settings, self._graph_parameters, self._changes, self._now)
+        self._inputs = ViewInputs(self, self._settings, self._graph_parameters, self._new_graph)
         self._actions = ViewActions(self, self._calls, self._choose, self._settings.frames.map)
         self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
         self._world_name: str | None = None
@@ -78,8 +79,11 @@ class ViewNode(Node):
         """Address of the page."""
         return self._server.address
 
+    def _new_graph(self) -> DrawnGraph:
+        return DrawnGraph(self._settings, self._changes, self._now, self.get_namespace())
+
     def _choose(self, strategy: str, reply: Reply) -> None:
-        self._graph_parameters.choose(strategy, self._inputs.heard, reply)
+        self._graph_parameters.choose(strategy, self._inputs.graph.heard, reply)
 
     def _now(self) -> float:
         return seconds(self._steady)
@@ -99,9 +103,9 @@ class ViewNode(Node):
         self._calls.step()
         if not watched:
             return
-        time = self._inputs.put()
+        time = self._inputs.graph.put_frame()
         if self._frames % ABOUT_EVERY == 0:
-            self._put_about(self._inputs.heard)
+            self._put_about(self._inputs.graph.heard)
         self._server.publish(self._changes.take(time))
         self._frames += 1
 
@@ -126,7 +130,7 @@ class ViewNode(Node):
         self._changes.put(
             "about",
             {
-                "robot": which_robot(self._inputs.robot, known, heard),
+                "robot": which_robot(self._inputs.graph.robot, known, heard),
                 "namespace": self.get_namespace(),
                 "world": self._world_name or "",
                 "trouble": trouble,
@@ -145,7 +149,7 @@ class ViewNode(Node):
 
     def _put_machine(self, known: Mapping[str, Values]) -> None:
         """Puts the speed of simulated time, and whether the machine is fast enough for a real robot."""
-        now, recent = self._now(), self._inputs.recent
+        now, recent = self._now(), self._inputs.graph.recent
         speed_factor = _number(first_of(known, "simulator.speed_factor"), self._settings.simulator.speed_factor)
         command_age = _number(first_of(known, "limits.command_age"), self._settings.limits.command_age)
         verdict = machine_verdict(recent.timing(now), speed_factor, command_age)

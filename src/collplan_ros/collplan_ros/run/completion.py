@@ -156,7 +156,7 @@ def _results(folder: Path) -> str:
         RunError: they cannot be made.
     """
     try:
-        run = read_run(folder, pictured=False)
+        run = read_run(folder)
     except RunError as error:
         raise RunError(f"{folder / SUMMARY} cannot be made: {error}") from None
     if not np.isfinite(run.log.goal).all():

@@ -67,7 +67,7 @@ def impacts_of(log: RunLog, velocity_window: float) -> Impacts:
     """
     rows = np.array(log.true_impacts).reshape(-1, 9) if log.truth else _measured_rows(log, velocity_window)
     times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
-    predictions = [Prediction(made, plan.contacts) for made, plan in sorted(log.plans.items())]
+    predictions = [Prediction(made, contacts) for made, contacts in sorted(log.plans.items())]
     errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
     speeds = -(before * normals).sum(axis=1)
     verdicts = judge_impacts(times, points, speeds, predictions)

@@ -6,21 +6,18 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from collplan_core.clock_steps import RunTimes, continued
+from collplan_core.clock_steps import RunTimes
 from collplan_core.goal import NO_GOAL, SUCCEEDED
 from collplan_core.parameters import Settings
-from collplan_core.plan import Plan
-from collplan_core.scan import ScanError
 from collplan_core.state import State
 from collplan_ros.messages.cloud_reading import true_impact_from_message
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
-from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import (
     GOAL_STATUS,
     MessageError,
     check_finite,
     impact_contact_from_message,
-    scan_from_message,
     seconds_from_stamp,
     twist_of,
     velocity_from_twist,
@@ -28,7 +25,6 @@ from collplan_ros.messages.reading import (
 from collplan_ros.run.run_log import (
     DetectedImpactRecord,
     ImpactRecord,
-    PlanRow,
     PoseRow,
     RunLog,
     SentCommand,
@@ -40,12 +36,6 @@ from collplan_ros.run.run_log import (
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are logged."""
-BYTES_TOPICS = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
-"""Topics whose messages are taken as bytes."""
-PAGE_TOPICS = ("plan", "scan")
-"""Topics that nothing but the picture and the page need; scans would be most of a log."""
-INVALID = (MessageError, ScanError)
-"""Errors by which an invalid message is refused; any other one is a fault of this program."""
 
 
 class End(NamedTuple):
@@ -68,26 +58,22 @@ class LogBuilder:
         time_zero: time of the first command to move, by the newest pose then [s]; None before it.
     """
 
-    def __init__(self, settings: Settings, pictured: bool = True) -> None:
-        """Starts empty; without scans and paths of plans where the log is not `pictured`."""
+    def __init__(self, settings: Settings) -> None:
         self.newest: PoseRow | None = None
         self.time_zero: float | None = None
         self._log = RunLog(pace=settings.simulator.speed_factor)
         self._frames = settings.frames
-        self._scan_input = settings.scan
         self._tolerance = settings.planner.goal_tolerance
         self._run_times = RunTimes(settings.simulator.speed_factor)
         self._end = NOT_STARTED
         self._ended: End | None = None
         self._last: PoseRow | None = None
         self._arrived: PoseRow | None = None
-        takers: dict[str, Callable[[Any, float], None]] = {
+        self._takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
             "ground_truth/odom": self._take_truth,
             "ground_truth/impact/contact": self._take_true_impact,
             "impact/contact": self._take_detected_impact,
-            "scan": self._take_scan,
-            "plan": self._take_path,
             "planner/trajectory": self._take_trajectory,
             "planner/costs": self._take_costs,
             "goal_status": self._take_goal_status,
@@ -95,7 +81,6 @@ class LogBuilder:
             "maneuver": self._take_maneuver,
             "cmd_vel": self._take_command,
         }
-        self._takers = {topic: take for topic, take in takers.items() if pictured or topic not in PAGE_TOPICS}
         self.topics = tuple(self._takers)
 
     def drop(self) -> None:
@@ -114,7 +99,7 @@ class LogBuilder:
 
     def take(self, topic: str, message: Any, sent: float) -> None:
         """Takes a message sent at `sent` [s], or its bytes on a topic of BYTES_TOPICS; an invalid one is left out."""
-        with suppress(*INVALID):
+        with suppress(MessageError):
             self._takers[topic](message, sent)
 
     @property
@@ -149,10 +134,6 @@ class LogBuilder:
             self._log.end_with(*self._ended)
         return self._log
 
-    def _time(self, stamp: float) -> float:
-        """Time of the run [s] at a stamp of another message than a pose."""
-        return continued(stamp, self.newest.stamp if self.newest else stamp, self._run_times.corrections)
-
     def _take_pose(self, raw: bytes, sent: float) -> None:
         state = self._state(raw)
         self.newest = pose = self._row(self._run_times.of_pose(state.stamp, sent), state, sent)
@@ -166,40 +147,25 @@ class LogBuilder:
 
     def _take_truth(self, raw: bytes, sent: float) -> None:
         state = self._state(raw)
-        if (time := self._time(state.stamp)) <= self._end.stamp or not self.is_complete:
+        if (time := self._run_times.of(state.stamp)) <= self._end.stamp or not self.is_complete:
             self._log.truth.append(self._row(time, state, sent))
 
     def _take_true_impact(self, message: Any, _: float) -> None:
         values = true_impact_from_message(message, self._frames.map)
-        if (time := self._time(seconds_from_stamp(message.header.stamp))) <= self._end.stamp:
+        if (time := self._run_times.of(seconds_from_stamp(message.header.stamp))) <= self._end.stamp:
             self._log.true_impacts.append(ImpactRecord(time, *values))
 
     def _take_detected_impact(self, message: Any, _: float) -> None:
         contact = impact_contact_from_message(message, self._frames.map)
-        if (time := self._time(contact.time)) <= self._end.stamp:
+        if (time := self._run_times.of(contact.time)) <= self._end.stamp:
             place = *contact.point.tolist(), *contact.normal.tolist()
             self._log.detected_impacts.append(DetectedImpactRecord(time, *place))
 
-    def _take_scan(self, message: Any, sent: float) -> None:
-        scan = scan_from_message(message, self._frames.base, self._scan_input)
-        if sent <= self._end.sent:
-            self._log.scans.append(replace(scan, stamp=self._time(scan.stamp)))
-
-    def _take_path(self, raw: bytes, sent: float) -> None:
-        row = self._plan_row(plan_from_path(raw, self._frames.map), sent)
-        if sent <= self._end.sent:
-            self._log.plans.setdefault(row.stamp, row)
-
     def _take_trajectory(self, raw: bytes, sent: float) -> None:
-        row = self._plan_row(plan_from_trajectory(raw, self._frames.map), sent)
+        plan = plan_from_trajectory(raw, self._frames.map)
+        made = self._run_times.of(plan.stamp)
         if sent <= self._end.sent:
-            self._log.plans[row.stamp] = row
-
-    def _plan_row(self, plan: Plan, sent: float) -> PlanRow:
-        at = self._time(plan.stamp)
-        later = at - plan.stamp
-        contacts = replace(plan.contacts, times=later + plan.contacts.times)
-        return PlanRow(at, later + plan.times, plan.positions, contacts, sent)
+            self._log.plans[made] = replace(plan.contacts, times=made - plan.stamp + plan.contacts.times)
 
     def _take_costs(self, message: Any, sent: float) -> None:
         for status in message.status:

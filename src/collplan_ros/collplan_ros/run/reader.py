@@ -11,6 +11,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.well_known import MessageEncoding
 from mcap_ros2.decoder import DecoderFactory
 
+from collplan_ros.messages.raw_reading import BYTES_TOPICS
 from collplan_ros.run.description import RUN
 from collplan_ros.run.whole_file import RunError
 
@@ -95,6 +96,16 @@ def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]
         RunError: the file is missing, or is no recording.
     """
     return ((each.topic, each.came, each.decoded) for each in raw_messages(path, topics))
+
+
+def content(message: Message) -> Any:
+    """Returns a message, or its bytes on a topic of BYTES_TOPICS; None where it cannot be decoded."""
+    if message.topic in BYTES_TOPICS:
+        return message.data
+    try:
+        return message.decoded
+    except Exception:  # whatever the library makes of bytes that are no message
+        return None
 
 
 def attachment(path: Path, name: str) -> str:

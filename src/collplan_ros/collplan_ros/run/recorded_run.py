@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from mcap.records import Metadata
 
@@ -14,8 +13,8 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
-from collplan_ros.run.log_builder import BYTES_TOPICS, End, LogBuilder
-from collplan_ros.run.reader import attachment, description, entries, is_whole
+from collplan_ros.run.log_builder import End, LogBuilder
+from collplan_ros.run.reader import attachment, content, description, entries, is_whole
 from collplan_ros.run.run_log import RunLog, SentGoal
 from collplan_ros.run.whole_file import RunError, has_end
 from collplan_ros.run.writer import RECORDING
@@ -68,8 +67,8 @@ class RecordedRun:
         return f"{self.folder}: incomplete, {why}; {RECORDING} {held}"
 
 
-def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
-    """Reads the run in a folder of bringup; without scans and paths of plans where it is not `pictured`.
+def read_run(folder: Path) -> RecordedRun:
+    """Reads the run in a folder of bringup.
 
     Raises:
         RunError: a file is missing or has another form than bringup writes.
@@ -80,18 +79,13 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
     settings = _settings(folder / PARAMETERS, path)
     about = description(path, RUN)
     namespace, clock_ahead = about.get("namespace", "/"), int(about.get(CLOCK, "0"))
-    builder = LogBuilder(settings, pictured)
+    builder = LogBuilder(settings)
     for entry in entries(path, builder.topics):
         if isinstance(entry, Metadata):
             take_mark(builder, entry.name, entry.metadata)
             continue
-        message: Any = entry.data
-        if entry.topic not in BYTES_TOPICS:
-            try:
-                message = entry.decoded
-            except Exception:  # whatever the library makes of a message that is none: it is left out
-                continue
-        builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
+        if (message := content(entry)) is not None:
+            builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
     whole = has_end(folder / "summary.json"), is_whole(path)
     return RecordedRun(folder, settings, _world(path, settings.simulator), builder.log, clock_ahead, namespace, *whole)
 

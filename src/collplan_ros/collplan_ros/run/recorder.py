@@ -18,12 +18,13 @@ from collplan_core.command import STOPPED as STANDS
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
-from collplan_ros.messages.reading import scan_from_message, twist_of, velocity_from_twist
+from collplan_ros.messages.raw_reading import BYTES_TOPICS
+from collplan_ros.messages.reading import MessageError, scan_from_message, twist_of, velocity_from_twist
 from collplan_ros.messages.states import HELD, STOPPED
 from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
-from collplan_ros.run.log_builder import BYTES_TOPICS, INVALID, LogBuilder
+from collplan_ros.run.log_builder import LogBuilder
 from collplan_ros.run.run_log import PoseRow, SentGoal
 
 
@@ -85,7 +86,7 @@ class Recorder:
         self.lateness = 0.0
         self.maneuver = STANDS
         self.stands_since = 0.0
-        self._builder = LogBuilder(settings, pictured=False)
+        self._builder = LogBuilder(settings)
         self._mark = mark
         self._times = times
         self._namespace = namespace
@@ -212,6 +213,6 @@ class Recorder:
         self.maneuver = message.data
 
     def _take_command(self, message: Twist | TwistStamped, sent: float) -> None:
-        with suppress(*INVALID):
+        with suppress(MessageError):
             (vx, vy), wz = velocity_from_twist(twist_of(message))
             self.stands_since = math.inf if vx or vy or wz else sent

@@ -14,7 +14,6 @@ import numpy as np
 
 from collplan_core.command import HAND, STOPPED
 from collplan_core.plan import Contacts
-from collplan_core.scan import Scan
 from collplan_core.state import State
 
 
@@ -33,14 +32,6 @@ class PoseRow(NamedTuple):
     def state(self) -> State:
         """The robot's state."""
         return State(self.stamp, np.array([self.x, self.y]), np.array([self.vx, self.vy]), self.yaw)
-
-
-def states_around(poses: list[PoseRow], scan: Scan) -> list[State]:
-    """The states between which a scan was taken, of rows in order: from the one before its beams to the one after."""
-    ends = scan.stamp, scan.stamp + scan.time_increment * len(scan.ranges)
-    begin = bisect_right(poses, min(ends), key=lambda pose: pose.stamp)
-    end = bisect_right(poses, max(ends), key=lambda pose: pose.stamp)
-    return [pose.state for pose in poses[max(begin - 1, 0) : end + 1]]
 
 
 class SentCommand(NamedTuple):
@@ -117,20 +108,6 @@ class DetectedImpactRecord(NamedTuple):
     normal_y: float
 
 
-@dataclass(frozen=True, eq=False)
-class PlanRow:
-    """A plan: stamp of the scan or pose it was made from [s], times (n,) [s], positions (n, 2) [m], foreseen contacts.
-
-    `sent` is NaN where it is not needed.
-    """
-
-    stamp: float
-    times: np.ndarray
-    positions: np.ndarray
-    contacts: Contacts = field(default_factory=Contacts.none)
-    sent: float = math.nan
-
-
 @dataclass
 class RunLog:
     """Everything recorded of a run, each list in order of receipt.
@@ -142,8 +119,7 @@ class RunLog:
         sent_commands: commands of the controller.
         sent_maneuvers: maneuvers begun.
         sent_references: points tracked.
-        plans: plans received, by their stamps [s].
-        scans: scans received.
+        plans: contacts foreseen by each plan, by its stamp [s].
         true_impacts: true impacts, of a simulated robot only.
         detected_impacts: impacts as published on the topic impact/contact, each with its own time.
         costs: figures of each planning cycle.
@@ -159,8 +135,7 @@ class RunLog:
     sent_commands: list[SentCommand] = field(default_factory=list)
     sent_maneuvers: list[SentManeuver] = field(default_factory=list)
     sent_references: list[SentReference] = field(default_factory=list)
-    plans: dict[float, PlanRow] = field(default_factory=dict)
-    scans: list[Scan] = field(default_factory=list)
+    plans: dict[float, Contacts] = field(default_factory=dict)
     true_impacts: list[ImpactRecord] = field(default_factory=list)
     detected_impacts: list[DetectedImpactRecord] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
@@ -228,7 +203,7 @@ class RunLog:
         """Removes everything after a pose of this stamp [s] that was sent then [s]; figures of planning cycles stay."""
         for rows in (self.poses, self.sent_commands, self.sent_maneuvers, self.sent_references):
             del rows[bisect_right(rows, sent, key=lambda row: row.sent) :]
-        for stamped in (self.truth, self.scans, self.true_impacts, self.detected_impacts):
+        for stamped in (self.truth, self.true_impacts, self.detected_impacts):
             del stamped[bisect_right(stamped, stamp, key=lambda record: record.stamp) :]
         for made in [made for made in self.plans if made > stamp]:
             del self.plans[made]

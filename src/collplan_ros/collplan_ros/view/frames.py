@@ -3,7 +3,7 @@
 import json
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 HISTORY = ("robot", "trail", "costs", "periods")
@@ -51,6 +51,10 @@ class Changes:
         text = as_json(value)
         if name in REPEATED or self._newest.get(name) != text:
             self._newest[name] = self._changed[name] = text
+
+    def hold(self, names: Collection[str]) -> bool:
+        """Returns whether one of these parts has changed since the previous frame."""
+        return any(name in self._changed for name in names)
 
     def forget(self) -> None:
         """Forgets all parts: every part is a change from now on."""

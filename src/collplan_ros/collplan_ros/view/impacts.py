@@ -42,7 +42,10 @@ class ShownImpacts:
         # into the wall
         speed = max(0.0, -float(before @ contact.normal))
         one = np.array([contact.time]), contact.point[None], np.array([speed])
-        kind = judge_impacts(*one, self._predictions).kind(0)
+        self.add(scene.impact(contact, judge_impacts(*one, self._predictions).kind(0), speed))
+
+    def add(self, impact: scene.Part) -> None:
+        """Takes an impact as the page shows it."""
         # made anew: what was sent before stays as it was
-        self.counts = {**self.counts, kind: self.counts[kind] + 1}
-        self.part = [*self.part, scene.impact(contact, kind, speed)][-MOST:]
+        self.counts = {**self.counts, impact["kind"]: self.counts[impact["kind"]] + 1}
+        self.part = [*self.part, impact][-MOST:]

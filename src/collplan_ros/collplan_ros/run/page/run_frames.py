@@ -1,24 +1,41 @@
-"""Frames of a run from its poses and the events between them, as the live page would have received them."""
+"""Frames of a recorded run: those that the live page would have shown of it."""
 
-from collections.abc import Iterable, Sequence
+import json
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
-from collplan_core.state import State
-from collplan_ros.run.run_log import PoseRow
+import numpy as np
+
+from collplan_core.clock_steps import RunTimes
+from collplan_core.scan import ScanError
+from collplan_core.sensing.pose_history import state_at
+from collplan_ros.messages.reading import MessageError
+from collplan_ros.run.page.played_run import PlayedRun
+from collplan_ros.run.reader import content, raw_messages
+from collplan_ros.run.recorded_run import NANO
 from collplan_ros.view import scene
-from collplan_ros.view.frames import LOSSY
+from collplan_ros.view.drawn_graph import DrawnGraph, Stamps
+from collplan_ros.view.frames import Changes
 
 Frame = dict[str, Any]
 """A frame, by part: see `view.scene`."""
 
+POSES, COMMANDS, STATUS = "mocap/odom", "cmd_vel", "goal_status"
+NOT_TAKEN = {"impact/contact", "goal_pose"}
+"""Topics whose content is taken from the run's results and marks: true impacts, where they are known."""
+DECIMATED = ("scan", "planner/seen", "planner/compared")
+"""Topics of which not every message of a long run is shown."""
 PERIOD = 0.05
 """Time between two frames [s], but where something of OWN_FRAME comes."""
 EARLY = 1e-3
 """Tolerance of times [s]: sums of decimal times must not decide."""
-OWN_FRAME = frozenset({"plan", "impacts"})
+OWN_FRAME = ("plan", "impacts")
 """Parts that the next pose has a frame for: steps go from one to the next."""
 LATEST = 0.5
-"""Events so long after the last pose still belong to the last frame [s]: the goal's end is reported after it."""
+"""Messages so long after the last pose still belong to the last frame [s]: the goal's end is reported after it."""
 HEAVY = frozenset(
     {"scan", "free", "frontiers", "predicted", "remembered", "inferred", "candidates", "rollouts", "plan"}
 )
@@ -27,41 +44,143 @@ PLAN_LATER = 4
 """Ratio of plans to other heavy parts kept, where not all are."""
 
 
+class RunStamps(Stamps):
+    """Shows times of the run, which begin at zero and go on over steps of the clock."""
+
+    def __init__(self, pace: float, zero: float) -> None:
+        """`pace` as in `RunTimes`; `zero` is the time [s] that is shown as 0."""
+        self._times = RunTimes(pace)
+        self._zero = zero
+        self._newest = 0.0
+
+    def now(self) -> float:
+        """Time shown [s] of the newest pose."""
+        return self._newest
+
+    def of_pose(self, stamp: float, sent: float) -> float:
+        """Time shown [s] of the next pose."""
+        self._newest = self._times.of_pose(stamp, sent) - self._zero
+        return self._newest
+
+    def of(self, stamp: float) -> float:
+        """Time shown [s] of the stamp [s] of another message."""
+        return self._times.of(stamp) - self._zero
+
+
 class Event(NamedTuple):
-    """A part that was new at a time [s, poses' clock]."""
+    """Something that was sent [s], whether it is a pose, and what takes it."""
 
-    time: float
-    part: str
-    value: scene.Part
+    sent: float
+    is_pose: bool
+    take: Callable[[], None]
 
 
-def frames_of(poses: Sequence[PoseRow], events: Iterable[Event], beginning: Frame, zero: float) -> list[Frame]:
+def frames_of(played: PlayedRun) -> list[Frame]:
     """The frames of a run; every pose is in one of them, as `robot` or in `trail`.
 
-    Args:
-        poses: at least one, in order.
-        events: new parts, in any order.
-        beginning: parts of the first frame.
-        zero: t = 0 of the frames [s, poses' clock].
+    Raises:
+        RunError: the recording cannot be read.
+        SceneError: a number in it cannot be drawn.
     """
-    waiting = sorted((event for event in events if event.time <= poses[-1].stamp + LATEST), key=lambda each: each.time)
-    frames: list[Frame] = []
-    newest: Frame = {}
-    parts, passed, taken, due = dict(beginning), list[State](), 0, poses[0].stamp
-    for k, pose in enumerate(poses):
-        is_last = k == len(poses) - 1
-        while taken < len(waiting) and (is_last or waiting[taken].time <= pose.stamp):
-            _take(parts, waiting[taken])
-            taken += 1
-        if not is_last and pose.stamp < due - EARLY and not parts.keys() & OWN_FRAME:
-            passed.append(pose.state)
+    run, changes, stamps = played.run, Changes(), RunStamps(played.run.log.pace, played.zero)
+    graph = DrawnGraph(run.settings, changes, stamps.now, run.namespace, stamps)
+    for part, value in _beginning(played).items():
+        changes.put(part, value)
+    graph.goal = run.log.goal if np.isfinite(run.log.goal).all() else None
+    graph.put_goal()
+    frames, due = list[Frame](), -np.inf
+    events = [*_goals(played, graph), *_impacts(played, graph), *_messages(played, graph)]
+    for event in sorted(events, key=lambda each: each.sent):
+        try:
+            event.take()
+        except (MessageError, ScanError):
+            continue  # a message that is invalid is not shown
+        # the last frame is that of the last pose, and of what came after it
+        is_due = stamps.now() >= due - EARLY or changes.hold(OWN_FRAME)
+        if event.is_pose and is_due and event.sent < run.log.poses[-1].sent:
+            frames.append(_frame(graph, changes))
+            due = stamps.now() + PERIOD
+    return [*frames, _frame(graph, changes)]
+
+
+def _frame(graph: DrawnGraph, changes: Changes) -> Frame:
+    return {part: json.loads(text) for part, text in changes.take(graph.put_frame()).items()}
+
+
+def _beginning(played: PlayedRun) -> Frame:
+    """Parts that hold from the first frame on."""
+    run = played.run
+    robot, planner = run.settings.robot, run.settings.planner
+    return {
+        "about": {
+            "robot": scene.SIMULATED if run.log.simulated else scene.REAL,
+            "namespace": "/",
+            "world": run.world.name,
+            "radius": scene.milli([robot.radius])[0],
+            "max_speed": scene.milli([robot.max_speed])[0],
+            "tolerance": scene.milli([planner.goal_tolerance])[0],
+            "spacing": scene.milli([run.settings.remembered.spacing])[0],
+        },
+        "world": scene.world(run.world),
+        "machine": played.machine,
+        "impacts": [],
+    }
+
+
+def _goals(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
+    def give(x: float, y: float) -> None:
+        graph.goal = np.array([x, y])
+        graph.put_goal()
+
+    for goal in played.run.log.goals:
+        yield Event(goal.sent, False, partial(give, goal.x, goal.y))
+
+
+def _impacts(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
+    """Each impact, before the first pose after it."""
+
+    def happen(k: int) -> None:
+        graph.impacts.add(_impact(played, k))
+        graph.put_impacts()
+
+    poses = played.run.log.poses
+    for k, time in enumerate(played.impacts.times.tolist()):
+        following = poses[bisect_left(poses, time, key=lambda pose: pose.stamp) :][:1]
+        if following or time <= poses[-1].stamp + LATEST:
+            yield Event(following[0].sent if following else poses[-1].sent, False, partial(happen, k))
+
+
+def _impact(played: PlayedRun, k: int) -> scene.Part:
+    impacts, time = played.impacts, float(played.impacts.times[k])
+    place, normal, speed = impacts.points[k], impacts.normals[k], float(impacts.speeds[k])
+    known = bool(np.isfinite([*place, *normal, speed]).all())
+    # in a world without surfaces only the robot's own place is known
+    return {
+        "t": scene.time_of(time - played.zero),
+        "at": scene.milli(place if known else state_at([pose.state for pose in played.run.log.poses], time).position),
+        "normal": scene.milli(normal) if known else [0, 0],
+        "kind": impacts.verdicts.kind(k),
+        "speed": scene.milli([speed])[0] if known else None,
+    }
+
+
+def _messages(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
+    """The messages that the page shows, up to LATEST after the last pose; of a long run not all scans and clouds."""
+    log, counts = played.run.log, Counter[str]()
+    first, last = log.poses[0], log.poses[-1]
+    begun = log.goals[0].sent if log.goals else np.inf
+    for each in raw_messages(played.run.recording, [*graph.takers.keys() - NOT_TAKEN]):
+        sent = (each.sent - played.run.clock_ahead) / NANO
+        counts[each.topic] += 1
+        if (
+            (each.topic in (POSES, COMMANDS) and not first.sent <= sent <= last.sent)
+            or (each.topic == STATUS and sent < begun)  # of an earlier goal
+            or (each.topic in DECIMATED and (counts[each.topic] - 1) % played.decimation)
+            or log.stamp_at(sent) > last.stamp + LATEST
+        ):
             continue
-        trail = {"trail": scene.trail(passed, pose.stamp)} if passed else {}
-        changed = {part: value for part, value in parts.items() if part in LOSSY or _differs(newest, part, value)}
-        newest |= changed
-        frames.append({"t": scene.time_of(pose.stamp - zero), "robot": scene.robot(pose.state), **trail, **changed})
-        parts, passed, due = {}, [], pose.stamp + PERIOD
-    return frames
+        if (message := content(each)) is not None:
+            yield Event(sent, each.topic == POSES, partial(graph.takers[each.topic], message, sent))
 
 
 def thinned(frames: Sequence[Frame], factor: int) -> list[Frame]:
@@ -78,14 +197,3 @@ def thinned(frames: Sequence[Frame], factor: int) -> list[Frame]:
             kept[part] = value
         result.append(kept)
     return result
-
-
-def _take(parts: Frame, event: Event) -> None:
-    if event.part == "periods":
-        parts.setdefault("periods", []).extend(event.value)
-    else:
-        parts[event.part] = event.value
-
-
-def _differs(newest: Frame, part: str, value: scene.Part) -> bool:
-    return part not in newest or newest[part] != value

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from collplan_core.parameters import Planning
 from collplan_core.strategies import TIME_TO_GOAL
-from collplan_ros.run.page.events import beginning, log_events, message_events
 from collplan_ros.run.page.one_file import one_file, packed
 from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_frames import Frame, frames_of, thinned
@@ -68,8 +67,7 @@ def _recording(run: PlayedRun, page: int) -> str:
 
 def _frames(run: PlayedRun) -> tuple[list[Frame], list[str]]:
     """Returns all frames of a run, and a note on the parts that were not recorded."""
-    events = [*log_events(run), *message_events(run)]
-    frames = frames_of(run.run.log.poses, events, beginning(run), run.zero)
+    frames = frames_of(run)
     return frames, _missing(frames, run.run.settings.planner)
 
 

@@ -1,0 +1,266 @@
+"""Turns the messages of a robot's graph into parts of frames: of a live graph, and of a recording read without ROS."""
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from collplan_core.goal import ACTIVE, NO_GOAL
+from collplan_core.parameters import Settings
+from collplan_core.plan import Plan
+from collplan_core.sensing.lidar_mount import placed_among
+from collplan_core.sensing.pose_history import state_at
+from collplan_core.state import State
+from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
+from collplan_ros.messages.plan_trajectory import plan_from_trajectory
+from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
+from collplan_ros.messages.reading import (
+    GOAL_STATUS,
+    goal_from_message,
+    impact_contact_from_message,
+    scan_from_message,
+)
+from collplan_ros.messages.status_values import real_time_factor
+from collplan_ros.node_kit.node_names import is_in
+from collplan_ros.view import scene
+from collplan_ros.view.frames import Changes
+from collplan_ros.view.impacts import ShownImpacts
+from collplan_ros.view.message_parts import (
+    Parts,
+    compared_parts,
+    costs_parts,
+    doing_parts,
+    hold_parts,
+    parts_without_goal,
+    report_of,
+    seen_parts,
+)
+from collplan_ros.view.recent_timing import RecentTiming
+
+KEPT = 1.5
+"""Time for which poses are kept, to find those at a scan's stamp and before an impact [s]."""
+STEP_BACK = 0.5
+"""A pose that is so much before the newest begins another time, as after a restart [s]."""
+QUIET = 0.25
+"""Time without poses after which that of the frames goes on without them [s]: those of a slow simulation are rare."""
+MEMORY_EVERY = 5
+"""One in so many planner/seen messages updates the memory shown: it is their largest part and changes least."""
+NODES_PERIOD = 0.5
+"""Time between two looks at which nodes are silent [s]."""
+MOST_NODES = 50
+"""Nodes shown: so many belong to no robot."""
+LONGEST_PERIOD = 2.0
+"""A longer time between two commands is a pause, not a period [s]."""
+
+
+class Stamps:
+    """Shows the stamps of messages as they are."""
+
+    def of_pose(self, stamp: float, sent: float) -> float:
+        """Time shown [s] of the next pose, from its stamp [s] and when it was sent [s]."""
+        return stamp
+
+    def of(self, stamp: float) -> float:
+        """Time shown [s] of the stamp [s] of another message."""
+        return stamp
+
+
+class DrawnGraph:
+    """Takes the messages of one graph, and puts the parts that they make into the next frame.
+
+    Attributes:
+        takers: what takes a message and its time of sending [s], by topic.
+        goal: the newest goal given, (2,) [m]; None before the first.
+        impacts: impacts so far.
+        robot: full name of the node that publishes robot/state; empty before it has.
+        reports: newest health report of each node of this namespace, by full name.
+        recent: timing of the graph in the last seconds.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        changes: Changes,
+        clock: Callable[[], float],
+        namespace: str,
+        stamps: Stamps | None = None,
+    ) -> None:
+        """Puts parts into `changes`; `clock` gives the time of now [s], by which a silent node is silent."""
+        self.goal: np.ndarray | None = None
+        self.impacts = ShownImpacts()
+        self.robot = ""
+        self.reports: dict[str, scene.NodeReport] = {}
+        self.recent = RecentTiming()
+        self.takers: dict[str, Callable[[Any, float], None]] = {
+            "mocap/odom": self._take_pose,
+            "scan": self._take_scan,
+            "planner/trajectory": self._take_trajectory,
+            "plan": self._take_path,
+            "planner/seen": self._take_seen,
+            "planner/compared": lambda message, _: self._put(compared_parts(message, settings.frames.map)),
+            "planner/costs": lambda message, _: self._put(costs_parts(message)),
+            "goal_pose": self._take_goal,
+            "goal_status": self._take_status,
+            "impact/contact": self._take_impact,
+            "controller/state": lambda message, _: self._put(doing_parts(message)),
+            "robot/state": self._take_hold,
+            "cmd_vel": self._take_command,
+            "/diagnostics": self._take_health,
+        }
+        self._frames = settings.frames
+        self._scan = settings.scan
+        self._changes = changes
+        self._clock = clock
+        self._namespace = namespace
+        self._stamps = stamps or Stamps()
+        self._states: deque[State] = deque()
+        self._fresh: list[State] = []
+        self._robot: scene.Part = None
+        self._seen = 0
+        self._told: float | None = None
+        self._commanded = math.nan
+        self._periods: list[float] = []
+        self._time = 0.0
+        self._posed: float | None = None
+        self._came = clock()
+        self._status = NO_GOAL
+        self._told_nodes = -math.inf
+
+    @property
+    def heard(self) -> list[str]:
+        """Full names of the nodes that are not silent."""
+        now = self._clock()
+        return [name for name, report in self.reports.items() if now - report.came <= scene.SILENT_AFTER]
+
+    def put_frame(self) -> float:
+        """Puts what was gathered for a frame into the changes; returns the time of the frame [s]."""
+        now = self._clock()
+        self._put_robot(now)
+        if self._periods:
+            self._changes.put("periods", [round(1e3 * period, 1) for period in self._periods])
+            self._periods = []
+        if now - self._told_nodes >= NODES_PERIOD:
+            self._told_nodes = now
+            self._changes.put("nodes", scene.nodes(self.reports.values(), now))
+        return scene.time_of(self._time)
+
+    def put_goal(self) -> None:
+        """Puts the goal and its status."""
+        self._changes.put("goal", scene.goal(self.goal, self._status))
+
+    def put_impacts(self) -> None:
+        """Puts the impacts so far."""
+        self._changes.put("impacts", self.impacts.part)
+        self._changes.put("counts", self.impacts.counts)
+
+    def _put(self, parts: Parts) -> None:
+        for name, value in parts:
+            self._changes.put(name, value)
+
+    # ---- poses
+
+    def _take_pose(self, raw: bytes, sent: float) -> None:
+        state = state_from_bytes(raw, self._frames.map, self._frames.base)
+        state = replace(state, stamp=self._stamps.of_pose(state.stamp, sent))
+        self._robot = scene.robot(state)
+        if self._states and state.stamp < self._states[-1].stamp - STEP_BACK:
+            self._begin_anew()
+        self._states.append(state)
+        self._fresh.append(state)
+        while self._states[0].stamp < state.stamp - KEPT:
+            self._states.popleft()
+
+    def _begin_anew(self) -> None:
+        """Drops parts of an earlier time, as after a restart of the robot."""
+        self._states.clear()
+        self._fresh.clear()
+        self.impacts = ShownImpacts()
+        self.put_impacts()
+
+    def _put_robot(self, now: float) -> None:
+        before = -math.inf if self._posed is None else self._time
+        if self._fresh:
+            *between, newest = self._fresh
+            self._fresh = []
+            self._time = self._posed = newest.stamp
+            self._came = now
+            self._changes.put("robot", self._robot)
+            if between:
+                self._changes.put("trail", scene.trail(between, newest.stamp))
+        elif now - self._came > QUIET:
+            # a silent node must be shown as silent
+            self._time = (self._posed or 0.0) + now - self._came
+        if 0.0 < before - self._time < STEP_BACK:
+            self._time = before
+
+    # ---- scans and plans
+
+    def _take_scan(self, message: Any, _: float) -> None:
+        scan = scan_from_message(message, self._frames.base, self._scan)
+        if not self._states:
+            return
+        scan = replace(scan, stamp=self._stamps.of(scan.stamp))
+        state = state_at(self._states, scan.stamp)
+        self._changes.put("scan", scene.scan(placed_among(scan, state, self._states, self._scan), state))
+
+    def _take_trajectory(self, raw: bytes, _: float) -> None:
+        plan = plan_from_trajectory(raw, self._frames.map)
+        self._told = plan.stamp
+        self.impacts.planned(plan)
+        self._put_plan(plan)
+
+    def _take_path(self, raw: bytes, _: float) -> None:
+        plan = plan_from_path(raw, self._frames.map)
+        if plan.stamp != self._told:
+            self._put_plan(plan)
+
+    def _put_plan(self, plan: Plan) -> None:
+        part = scene.plan(plan.stamp, plan.times, plan.positions, plan.contacts)
+        self._changes.put("plan", part | {"stamp": scene.time_of(self._stamps.of(plan.stamp))})
+
+    def _take_seen(self, message: Any, _: float) -> None:
+        shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
+        self._put(seen_parts(message, self._frames.map, shown))
+        self._seen += 1
+
+    # ---- the goal
+
+    def _take_goal(self, message: Any, _: float) -> None:
+        self.goal = goal_from_message(message, self._frames.map)
+        self.put_goal()
+
+    def _take_status(self, message: Any, _: float) -> None:
+        self._status = GOAL_STATUS.get(int(message.status), NO_GOAL)
+        self.put_goal()
+        if self._status not in ACTIVE:
+            self._put(parts_without_goal())
+
+    # ---- events and reports
+
+    def _take_impact(self, message: Any, _: float) -> None:
+        self.impacts.happened(impact_contact_from_message(message, self._frames.map), self._states)
+        self.put_impacts()
+
+    def _take_hold(self, message: Any, _: float) -> None:
+        self.robot = str(message.name)
+        self._put(hold_parts(message))
+
+    def _take_command(self, _: Any, sent: float) -> None:
+        if 0.0 < sent - self._commanded < LONGEST_PERIOD:
+            self._periods.append(sent - self._commanded)
+            self.recent.commanded(sent - self._commanded, self._clock())
+        self._commanded = sent
+
+    def _take_health(self, message: Any, _: float) -> None:
+        for status in message.status:
+            report = report_of(status, self._clock())
+            if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
+                self.reports[report.name] = report
+                if (factor := real_time_factor(report.values)) is not None:
+                    self.recent.reported(factor, report.came)
+
+    def _is_known_or_fits(self, name: str) -> bool:
+        return name in self.reports or len(self.reports) < MOST_NODES
