@@ -3,11 +3,12 @@
 import numpy as np
 
 from collplan_core.parameters import Settings
-from collplan_core.plan import Contacts, Plan, timed_path
+from collplan_core.plan import Plan, timed_path
 from collplan_core.time_to_goal_planner.dynamics import Motion
 from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import Problem, problem_of
+from collplan_core.time_to_goal_planner.plan_cycle import contacts_of
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.worlds import World
 
@@ -23,6 +24,5 @@ def known_problem(world: World, settings: Settings) -> Problem:
 def plan_along(problem: Problem, initial: Motion, commands: np.ndarray, stamp: float, radius: float) -> Plan:
     """The plan of a disc of a radius [m] that commands (n, 2) make from `stamp` [s], one a control interval [m/s]."""
     rows, touched = sample_trajectory(problem, initial, commands, radius)
-    contacts = Contacts(stamp + touched[:, 0], touched[:, 1:3], touched[:, 3:5], touched[:, 5])
     times, positions, velocities = (np.ascontiguousarray(each) for each in (rows[:, 0], rows[:, 1:3], rows[:, 3:]))
-    return timed_path(stamp, stamp + times, positions, velocities, contacts=contacts)
+    return timed_path(stamp, stamp + times, positions, velocities, contacts=contacts_of(stamp, touched))

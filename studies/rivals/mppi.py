@@ -97,6 +97,7 @@ def mppi_planner(world: World, settings: Settings) -> Planner:
             mppi.command(begin, shift_nominal_trajectory=False)
         commands = np.array([clip(ux, uy, settings.robot.max_speed) for ux, uy in mppi.U.tolist()])
         made = plan_along(problem, initial, commands, state.stamp, settings.robot.radius)
+        assert made.velocities is not None
         return made, Expected(made.times, made.positions, made.velocities, made.contacts.times)
 
     return Planner(plan, CONTROL_INTERVAL)

@@ -158,6 +158,7 @@ def followed(found: Plan) -> Planner:
     def rest_of_it(
         memory: float | None, local_map: Any, state: State, goal: Any, settings: Any, deadline: Any = never
     ) -> tuple[Plan, float]:
+        assert found.velocities is not None
         began = state.stamp if memory is None else memory
         since, samples = state.stamp - began, np.column_stack([found.positions, found.velocities])
         # two samples at its end, where the robot is late

@@ -281,7 +281,8 @@ def test_by_hand_the_trajectory_of_a_bounce():
     problem = problem_over(faces_field((np.pi, 0.3)), (-1.2, 0.0))
     commands = np.repeat([(SPEED, 0.0), (-0.7 * SPEED, 0.0)], (5, 10), axis=0)
     rows, contacts = sample_trajectory(problem, motion_in(problem, (0.0, 0.0, SPEED, 0.0)), commands, RADIUS)
-    np.testing.assert_allclose(contacts, [(0.25, 0.3 + RADIUS, 0.0, -0.7 * SPEED, 0.0, SPEED, OBSERVED)], atol=1e-3)
+    expected = 0.25, 0.3 + RADIUS, 0.0, -0.7 * SPEED, 0.0, -1.0, 0.0, SPEED, OBSERVED
+    np.testing.assert_allclose(contacts, [expected], atol=1e-3)
     assert rows[:, 1].max() == pytest.approx(0.3, abs=1e-3)
     np.testing.assert_allclose(rows[-1], (0.75, 0.3 - 0.5 * 0.7 * SPEED, 0.0, -0.7 * SPEED, 0.0), atol=2e-3)
 

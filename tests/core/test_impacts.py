@@ -27,7 +27,7 @@ SPEED = np.hypot(0.7, 0.2)
 
 def contacts(*rows) -> Contacts:
     table = np.array(rows, dtype=float).reshape(-1, 5)
-    return Contacts(table[:, 0], table[:, 1:3], table[:, 3:])
+    return Contacts(table[:, 0], table[:, 1:3], table[:, 3:], np.full((len(table), 2), np.nan))
 
 
 def made(predictions) -> list[Prediction]:

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE, HAND, STOPPED, Command, stopped
 from collplan_core.control.activity import BOUNCE, MANEUVER, TRACK, Activity, describe
-from collplan_core.control.follow import clip_command, hold_heading, pid, sample_reference, saturate, to_body
+from collplan_core.control.follow import clip_command, hold_heading, pid, saturate, to_body
+from collplan_core.control.reference import found_reference, sample_reference
 from collplan_core.parameters import Control, Limits, Robot
 from collplan_core.plan import Contacts, Plan, timed_path
 from scenes import rotation, unit
@@ -84,22 +85,22 @@ def test_the_integral_does_not_grow_along_what_is_cut_off_and_never_exceeds_its_
 
 
 TIMES = np.linspace(10.0, 11.0, 65)
-PARABOLA = np.stack([(TIMES - 10.0) ** 2 / 2, TIMES - 10.0], axis=1)
+PARABOLA = found_reference(TIMES, np.stack([(TIMES - 10.0) ** 2 / 2, TIMES - 10.0], axis=1), 1.5)
 
 
 @given(now=st.floats(10.0, 10.8))
 def test_position_and_velocity_are_those_of_the_reference_now(now):
-    position, velocity = sample_reference(TIMES, PARABOLA, now)
+    position, velocity = sample_reference(PARABOLA, now)
     np.testing.assert_allclose(position, [(now - 10.0) ** 2 / 2, now - 10.0], atol=1e-4)
     np.testing.assert_allclose(velocity, [now - 10.0, 1.0], atol=0.02)
 
 
 def test_the_reference_rests_at_its_end_once_past():
-    position, velocity = sample_reference(TIMES, PARABOLA, 11.01)
-    np.testing.assert_allclose(position, PARABOLA[-1])
+    position, velocity = sample_reference(PARABOLA, 11.01)
+    np.testing.assert_allclose(position, PARABOLA.positions[-1])
     assert not velocity.any()
-    position, _ = sample_reference(TIMES, PARABOLA, 9.0)
-    np.testing.assert_allclose(position, PARABOLA[0])
+    position, _ = sample_reference(PARABOLA, 9.0)
+    np.testing.assert_allclose(position, PARABOLA.positions[0])
 
 
 MANEUVERS_AT_A_WALL = BOUNDARY_FOLLOWING, FLOW_THROUGH
@@ -113,7 +114,7 @@ def plan(begin: float = 0.0, end: float = 4.0) -> Plan:
 def contacts_at(*when: float) -> Contacts:
     """Each at x = its time, y = 1.2."""
     points = np.array([[time, 1.2] for time in when]).reshape(-1, 2)
-    return Contacts(np.array(when), points, np.zeros_like(points))
+    return Contacts(np.array(when), points, *np.zeros((2, *points.shape)))
 
 
 def command(maneuver: str) -> Command:

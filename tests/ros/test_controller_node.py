@@ -12,15 +12,15 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PointStamped, Twist
 from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty, String
 from terminal import Terminal
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.goal import Goal
 from collplan_core.parameters import Limits
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
-from collplan_ros.messages.plan_trajectory import plan_to_trajectory
+from collplan_ros.messages.planner_clouds import plan_to_message
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED, NEWEST
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.reading import GOAL_STATUS
@@ -124,10 +124,12 @@ def test_a_trajectory_is_followed_before_the_path_of_its_stamp_which_may_be_lost
     bench.drive()
     bench.plans_on = False
     stamp = bench.robot.stamp
-    foreseen = Contacts(np.array([stamp + 0.1]), np.array([[0.3, 0.2]]), np.array([[-0.2, 0.0]]))
+    foreseen = Contacts(
+        np.array([stamp + 0.1]), np.array([[0.3, 0.2]]), np.array([[-0.2, 0.0]]), np.array([[-1.0, 0.0]])
+    )
     plan = replace(straight_plan(stamp, bench.robot.position, 60.0), contacts=foreseen, valid_until=stamp + 60.0)
-    trajectory = plan_to_trajectory(plan, "map")
-    bench.publish(MultiDOFJointTrajectory, "planner/trajectory", trajectory)
+    trajectory = plan_to_message(plan, "map")
+    bench.publish(PointCloud2, "planner/trajectory", trajectory)
     ros.spin(0.1)
     bench.publish(Path, "plan", plan_to_path(plan, "map"), NEWEST)
     ros.spin(1.5)  # more than limits.plan_age

@@ -71,7 +71,9 @@ def test_what_is_seen_and_planned_is_where_the_records_say(cycle):
 
 def test_contacts_foreseen_have_their_arrows(cycle):
     local_map, plan, remembered = cycle
-    contacts = Contacts(np.array([4.0, 5.0]), np.array([[0.4, 0.1], [1.0, 0.9]]), np.array([[0.0, 0.5], [-0.4, 0.3]]))
+    contacts = Contacts(
+        np.array([4.0, 5.0]), np.array([[0.4, 0.1], [1.0, 0.9]]), np.array([[0.0, 0.5], [-0.4, 0.3]]), np.eye(2)
+    )
     made = by_namespace((local_map, replace(plan, contacts=contacts), remembered))
     np.testing.assert_array_equal(points(made["foreseen_contacts"]), contacts.points)
     shafts = points(made["foreseen_rebounds"]).reshape(2, ARROW_ENDS, 2)[:, :2]

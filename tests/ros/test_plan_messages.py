@@ -5,19 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Duration
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message, serialize_message
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.plan import Contacts, Plan, timed_path
 from collplan_ros.messages import conversions as c
-from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
+from collplan_ros.messages.cloud_reading import AT_CONTACT, HOLDS, ON_PATH, PLAN, plan_from_message
+from collplan_ros.messages.planner_clouds import plan_to_message
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.raw_writing import plan_to_path
-from collplan_ros.messages.reading import MessageError, seconds_from_stamp
+from collplan_ros.messages.reading import MessageError
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 numbers = st.floats(-1e3, 1e3)
@@ -31,19 +30,12 @@ def plan_along(positions, begin=0.0, period=0.1, **more) -> Plan:
 
 
 SHORT = plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0)
+TOUCHED, AFTER = np.array([[1.0, 0.5], [1.5, 0.0]]), np.array([[0.3, -0.4], [0.0, 0.2]])
 BOUNCES = replace(
     SHORT,
-    contacts=Contacts(np.array([5.05, 5.25]), np.array([[1.0, 0.5], [1.5, 0.0]]), np.array([[0.3, -0.4], [0.0, 0.2]])),
+    contacts=Contacts(np.array([5.05, 5.25]), TOUCHED, AFTER, np.array([[-1.0, 0.0], [0.0, 1.0]])),
     valid_until=5.15,
 )
-
-
-def test_velocities_of_a_path_are_exact_on_a_parabola():
-    t = 0.05 * np.arange(20)
-    plan = plan_along(np.column_stack([0.3 * t**2, 1.0 - t]), period=0.05)
-    back = plan_from_path(plan_to_path(plan, "map"), "map")
-    np.testing.assert_allclose(back.velocities, np.column_stack([0.6 * t, np.full(20, -1.0)]), atol=1e-9)
-    assert back.valid_until is None
 
 
 def stamp_of(index, stamp):
@@ -59,78 +51,80 @@ BAD_PATHS = (
     (stamp_of(1, 4.0), r"poses\[1\].*later"),
     (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
 )
-BAD_TRAJECTORIES = (
-    (lambda t: setattr(t.header, "frame_id", "odom"), "frame_id"),
-    (lambda t: setattr(t, "joint_names", ["robot", "command"]), "joint_names: got robot, command"),
-    (lambda t: t.points.clear(), "points: got 0"),
-    (lambda t: t.points.__delitem__(slice(1, None)), "got 0, expected at least 2"),
-    (lambda t: t.points[1].transforms.pop(), "points: "),
-    (lambda t: t.points[0].velocities.pop(), "points: "),
-    (lambda t: t.points[0].accelerations.append(t.points[0].velocities[0]), "points: "),
-    (lambda t: setattr(t.points[0].transforms[0].translation, "x", math.nan), "finite"),
-    (lambda t: setattr(t.points[1].velocities[1].linear, "y", math.inf), "finite"),
-    (lambda t: setattr(t.points[2], "time_from_start", Duration(sec=-1)), "later"),
-)
 
 
-@pytest.mark.parametrize(
-    ("kind", "write", "read", "table"),
-    [
-        (Path, plan_to_path, plan_from_path, BAD_PATHS),
-        (
-            MultiDOFJointTrajectory,
-            plan_to_trajectory,
-            plan_from_trajectory,
-            BAD_TRAJECTORIES,
-        ),
-    ],
-)
-def test_what_is_refused(kind, write, read, table):
-    for change, words in table:
-        message = deserialize_message(write(BOUNCES, "map"), kind)
+def test_paths_that_are_refused():
+    for change, words in BAD_PATHS:
+        message = deserialize_message(plan_to_path(BOUNCES, "map"), Path)
         change(message)
         with pytest.raises(MessageError, match=words):
-            read(serialize_message(message), "map")
+            plan_from_path(serialize_message(message), "map")
 
 
-def test_each_point_of_a_trajectory_and_the_last_one_is_how_long_it_holds():
-    message = deserialize_message(plan_to_trajectory(BOUNCES, "map"), MultiDOFJointTrajectory)
+def table_of(message):
+    """The points of a message, as an array that changes them."""
+    formats = [(name, "<f8") for name in PLAN[:-1]] + [(PLAN[-1], "u1")]
+    return np.frombuffer(message.data, np.dtype(formats))
+
+
+BAD_CLOUDS = (
+    (lambda m: setattr(m.header, "frame_id", "odom"), "frame_id"),
+    (lambda m: setattr(m.fields[0], "name", "time"), "fields: got time"),
+    (lambda m: m.data.pop(), "data: got"),
+    (lambda m: table_of(m)["kind"].fill(AT_CONTACT), "got 0, expected at least 2"),
+    (lambda m: table_of(m)["x"].__setitem__(0, math.nan), "finite"),
+    (lambda m: table_of(m)["vx"].__setitem__(1, math.nan), "velocity that is not finite"),
+    (lambda m: table_of(m)["vy"].__setitem__(3, math.inf), "finite"),
+    (lambda m: table_of(m)["t"].__setitem__(5, math.inf), "finite"),
+    (lambda m: table_of(m)["t"].__setitem__(2, -1.0), "later"),
+)
+
+
+def test_clouds_that_are_refused():
+    for change, words in BAD_CLOUDS:
+        message = plan_to_message(BOUNCES, "map")
+        change(message)
+        with pytest.raises(MessageError, match=words):
+            plan_from_message(message, "map")
+    with pytest.raises(MessageError, match="got Path, expected sensor_msgs/PointCloud2"):
+        plan_from_message(Path(), "map")
+
+
+def test_by_hand_the_points_of_a_cloud():
+    message = plan_to_message(BOUNCES, "map")
     assert message.header == c.header(5.0, "map")
-    assert message.joint_names == ["robot", "contact"]
-    expected = (  # after the stamp, robot, its velocity, touched, velocity afterwards
-        (0.0, (0.0, 0.0), (0.0, 0.0), None, (0.0, 0.0)),
-        (0.05, (0.05, 0.0), (0.025, 0.0), (1.0, 0.5), (0.3, -0.4)),
-        (0.1, (0.1, 0.0), (0.05, 0.0), None, (0.0, 0.0)),
-        (0.2, (0.2, 0.1), (0.1, 0.05), None, (0.0, 0.0)),
-        (0.25, (0.2, 0.1), (0.1, 0.05), (1.5, 0.0), (0.0, 0.2)),
-        (0.15, (0.15, 0.05), (0.075, 0.025), None, (0.0, 0.0)),
-    )
-    assert len(message.points) == len(expected)
-    for point, (after, robot, velocity, touched, afterwards) in zip(message.points, expected, strict=True):
-        assert seconds_from_stamp(point.time_from_start) == pytest.approx(after, abs=1e-9)
-        places = [(each.translation.x, each.translation.y) for each in point.transforms]
-        assert places[0] == pytest.approx(robot)
-        assert math.isnan(places[1][0]) if touched is None else places[1] == touched
-        speeds = [(each.linear.x, each.linear.y) for each in point.velocities]
-        assert speeds == [pytest.approx(velocity), afterwards]
-        assert [each.rotation.w for each in point.transforms] == [1.0, 1.0]
+    assert table_of(message).tolist() == [
+        pytest.approx(row)
+        for row in (
+            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, ON_PATH),
+            (0.1, 0.1, 0.0, 0.05, 0.0, 0.0, 0.0, ON_PATH),
+            (0.2, 0.2, 0.1, 0.1, 0.05, 0.0, 0.0, ON_PATH),
+            (0.05, 1.0, 0.5, 0.3, -0.4, -1.0, 0.0, AT_CONTACT),
+            (0.25, 1.5, 0.0, 0.0, 0.2, 0.0, 1.0, AT_CONTACT),
+            (0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, HOLDS),
+        )
+    ]
 
 
 @FEW
-@given(FRAMES, st.floats(0.0, 2e9), st.lists(points, min_size=2, max_size=9), st.data())
-def test_a_plan_comes_back_from_its_trajectory_as_from_its_path_and_more(frame, begin, positions, data):
-    rows = np.array(data.draw(st.lists(st.tuples(*5 * [numbers]), max_size=4))).reshape(-1, 5)
-    contacts = Contacts(begin + np.sort(np.abs(rows[:, 0])), rows[:, 1:3], rows[:, 3:])
+@given(FRAMES, st.floats(0.0, 2e9), st.lists(points, min_size=2, max_size=9), st.booleans(), st.data())
+def test_a_plan_comes_back_from_its_cloud_as_from_its_path_and_more(frame, begin, positions, alone, data):
+    rows = np.array(data.draw(st.lists(st.tuples(*7 * [numbers]), max_size=4))).reshape(-1, 7)
+    contacts = Contacts(begin + np.sort(np.abs(rows[:, 0])), rows[:, 1:3], rows[:, 3:5], rows[:, 5:])
     plan = plan_along(positions, begin, contacts=contacts, valid_until=begin + data.draw(st.floats(-1.0, 5.0)))
-    raw = plan_to_trajectory(plan, frame)
-    # the names shift everything behind them, so that each alignment comes up
-    assert len(raw) == len(serialize_message(deserialize_message(raw, MultiDOFJointTrajectory)))
-    told, path = plan_from_trajectory(raw, frame), plan_from_path(plan_to_path(plan, frame), frame)
-    for name in ("stamp", "times", "positions"):
-        np.testing.assert_array_equal(getattr(told, name), getattr(path, name))
-    np.testing.assert_array_equal(told.velocities, plan.velocities)
-    for name in ("points", "velocities_after"):
-        np.testing.assert_array_equal(getattr(told.contacts, name), getattr(contacts, name))
+    if alone:
+        plan = replace(plan, velocities=None)
+    told, path = (
+        plan_from_message(plan_to_message(plan, frame), frame),
+        plan_from_path(plan_to_path(plan, frame), frame),
+    )
+    assert (path.velocities, path.valid_until, len(path.contacts.times)) == (None, None, 0)
+    assert told.stamp == path.stamp
     # Unix time in seconds has steps of 0.24 us
-    np.testing.assert_allclose(told.contacts.times, contacts.times, atol=1e-6, rtol=0.0)
+    for one, other in ((told.times, path.times), (told.contacts.times, contacts.times)):
+        np.testing.assert_allclose(one, other, atol=1e-6, rtol=0.0)
+    np.testing.assert_array_equal(told.positions, path.positions)
+    np.testing.assert_array_equal(told.velocities, plan.velocities)
+    for name in ("points", "velocities_after", "normals"):
+        np.testing.assert_array_equal(getattr(told.contacts, name), getattr(contacts, name))
     assert told.valid_until == pytest.approx(plan.valid_until, abs=1e-6)

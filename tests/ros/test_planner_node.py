@@ -13,14 +13,12 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
 from collplan_core.planners import BUDGET_SHARE, deadlines
-from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
+from collplan_ros.messages.cloud_reading import compared_from_message, plan_from_message, seen_from_message
 from collplan_ros.messages.conversions import goal_to_message, impact_to_message
-from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.planner_clouds import FREE_SPACE
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
 from collplan_ros.messages.raw_reading import plan_from_path
@@ -95,7 +93,7 @@ def values_of(message) -> dict[str, str]:
 
 
 def test_a_goal_becomes_plans_with_what_belongs_to_them_until_the_robot_arrives(ros, bench):
-    trajectories = ros.listen(MultiDOFJointTrajectory, "planner/trajectory", EVENT)
+    trajectories = ros.listen(PointCloud2, "planner/trajectory", EVENT)
     # whatever was active before it began
     assert [status.status for status in bench.statuses] == [GoalStatus.STATUS_UNKNOWN]
     accepted = bench.send_goal()
@@ -110,8 +108,8 @@ def test_a_goal_becomes_plans_with_what_belongs_to_them_until_the_robot_arrives(
     assert plan.positions[-1, 0] > 0.3
     assert ros.wait_until(lambda: bench.costs and trajectories)
     assert trajectories[0].header == message.header
-    told = plan_from_trajectory(serialize_message(trajectories[0]), "map")
-    np.testing.assert_array_equal(told.times, plan.times)
+    told = plan_from_message(trajectories[0], "map")
+    np.testing.assert_allclose(told.times, plan.times, rtol=0.0, atol=1e-9)
     np.testing.assert_array_equal(told.positions, plan.positions)
     assert told.stamp < told.valid_until < told.stamp + 1.0
     assert bench.costs[0].header.stamp == message.header.stamp

@@ -13,7 +13,6 @@ from collplan_core.plan import timed_path
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages.conversions import header, pose_to_message, state_to_odometry
-from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.reading import MessageError
@@ -60,12 +59,12 @@ def test_a_state_is_what_was_sent(frame, base, stamp, position, velocity, yaw):
 @given(st.data())
 def test_bytes_that_are_none_are_refused(data):
     plan = timed_path(1.0, np.array([1.0, 2.0]), np.eye(2), np.eye(2))
-    whole = data.draw(st.sampled_from([plan_to_path(plan, "map"), plan_to_trajectory(plan, "map")]))
+    whole = plan_to_path(plan, "map")
     bad = bytearray(whole[: data.draw(st.integers(0, len(whole) - 1))])
     for _ in range(data.draw(st.integers(0, 3))):
         if bad:
             bad[data.draw(st.integers(0, len(bad) - 1))] = data.draw(st.integers(0, 255))
-    for read in (plan_from_path, plan_from_trajectory, lambda raw, frame: state_from_bytes(raw, frame, "base_link")):
+    for read in (plan_from_path, lambda raw, frame: state_from_bytes(raw, frame, "base_link")):
         with suppress(MessageError):
             read(bytes(bad), "map")
 

@@ -13,15 +13,13 @@ from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 from websockets.sync.client import connect
 
 from collplan_core.parameters import Planning, Robot, Simulation
 from collplan_core.plan import Candidates, Contacts, timed_path
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_ros.messages.conversions import goal_to_message, header, impact_contact_to_message
-from collplan_ros.messages.plan_trajectory import plan_to_trajectory
-from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
+from collplan_ros.messages.planner_clouds import compared_to_message, plan_to_message, seen_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.node_kit.diagnostics import OK, Health, status_message
@@ -111,11 +109,11 @@ def state_message(name, **values):
 
 
 def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
-    contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]))
+    contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]), np.array([[-1.0, 0.0]]))
     way = np.array([[0.0, 0.2], [0.1, 0.2], [0.2, 0.2]])
     plan = timed_path(12.0, 12.0 + np.arange(3.0), way, 0.0 * way, contacts=contacts)
-    trajectories = ros.publisher(MultiDOFJointTrajectory, "planner/trajectory", EVENT)
-    trajectories.publish(plan_to_trajectory(plan, "map"))
+    trajectories = ros.publisher(PointCloud2, "planner/trajectory", EVENT)
+    trajectories.publish(plan_to_message(plan, "map"))
     ros.spin(0.3)
     ros.publisher(Path, "plan", NEWEST).publish(plan_to_path(plan, "map"))
     nothing = np.zeros((0, 2))
@@ -249,7 +247,7 @@ def test_messages_that_nobody_expects_end_nothing(ros, bench):
     ros.publisher(PointCloud2, "planner/seen", LATCHED).publish(PointCloud2())
     ros.publisher(PointCloud2, "planner/compared", LATCHED).publish(PointCloud2(header=header(1.0, "map"), width=7))
     ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(DiagnosticArray(status=[DiagnosticStatus()]))
-    ros.publisher(MultiDOFJointTrajectory, "planner/trajectory", EVENT).publish(MultiDOFJointTrajectory())
+    ros.publisher(PointCloud2, "planner/trajectory", EVENT).publish(PointCloud2())
     ros.publisher(PoseStamped, "impact/contact", EVENT).publish(PoseStamped())
     ros.publisher(PoseStamped, "goal_pose", EVENT).publish(PoseStamped())
     ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED).publish(

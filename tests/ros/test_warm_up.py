@@ -41,7 +41,8 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.worlds import load_world
     from collplan_core.worlds.raycast import simulate_scan
     from collplan_ros.messages import conversions, reading
-    from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
+    from collplan_ros.messages.cloud_reading import plan_from_message
+    from collplan_ros.messages.planner_clouds import plan_to_message
     from collplan_ros.messages.raw_reading import state_from_bytes
     from fake_robot import LIDAR, hall
     from omnipuck_sim.trial import run_trial
@@ -74,7 +75,7 @@ def compiled_beyond_warm_up() -> list[str]:
         for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
             planner = planner_for(strategy)
             plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
-            plan = plan_from_trajectory(plan_to_trajectory(plan, "map"), "map")
+            plan = plan_from_message(plan_to_message(plan, "map"), "map")
             command, _ = follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
             watch.commanded(command, 1.1)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))

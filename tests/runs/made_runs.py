@@ -10,7 +10,6 @@ from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Path as PathMessage
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, timed_path
@@ -18,8 +17,7 @@ from collplan_core.worlds import World
 from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
-from collplan_ros.messages.plan_trajectory import plan_to_trajectory
-from collplan_ros.messages.planner_clouds import true_impact_to_message
+from collplan_ros.messages.planner_clouds import plan_to_message, true_impact_to_message
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
 from collplan_ros.run.description import GOAL as GOAL_GIVEN
@@ -69,7 +67,12 @@ def bouncing_run() -> RunLog:
         if k % 5 == 0:
             log.sent_commands.append(SentCommand(77.0 + t, 0.3 if t > 0.12 else 0.0, 0.0, 0.0))
         if k % 20 == 0:
-            touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]]))
+            touch = Contacts(
+                np.array([EPOCH + HIT_AT + 0.02]),
+                np.array([[WALL, 0.12]]),
+                np.array([[-0.6, 0.8]]),
+                np.array([[-1.0, 0.0]]),
+            )
             log.plans[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.true_impacts.append(HIT)
@@ -127,7 +130,7 @@ def _said(log: RunLog) -> Iterator[Said]:
         x = next(row.x for row in log.poses if row.stamp >= stamp)
         path = np.array([[x, 0.1], [x + 0.5, 0.1]])
         plan = timed_path(stamp, stamp + np.array([0.0, 1.0]), path, np.zeros((2, 2)), contacts=contacts)
-        trajectory = deserialize_message(plan_to_trajectory(plan, frames.map), MultiDOFJointTrajectory)
+        trajectory = plan_to_message(plan, frames.map)
         yield plan.stamp - AHEAD + THOUGHT, "planner/trajectory", trajectory
         yield plan.stamp - AHEAD + THOUGHT, "plan", deserialize_message(plan_to_path(plan, frames.map), PathMessage)
     for row in log.poses[::5]:

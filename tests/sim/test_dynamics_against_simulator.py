@@ -8,6 +8,7 @@ import pytest
 
 from collplan_core.control.feed_forward import feed_forward
 from collplan_core.control.follow import saturate
+from collplan_core.control.reference import found_reference
 from collplan_core.plane import rotate
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
 from collplan_core.time_to_goal_planner.dynamics import motion_at
@@ -54,7 +55,7 @@ def rollout(world: World, velocity, commands) -> tuple[np.ndarray, np.ndarray]:
     problem = problem_in(world)
     initial = motion_at(problem.clearance, problem.constants.grid, 0.0, 0.0, *map(float, velocity))
     rows, contacts = sample_trajectory(problem, initial, np.array(commands, dtype=float), RADIUS)
-    return rows, contacts[contacts[:, 6] == OBSERVED]
+    return rows, contacts[contacts[:, 8] == OBSERVED]
 
 
 def simulated(world: World, velocity, command_at, period: float) -> tuple[np.ndarray, list]:
@@ -140,12 +141,11 @@ def test_a_second_with_bounces_in_a_corner_ends_within_1_cm():
 
 def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
     """The robot driven along a rollout by its feed-forward alone, at the controller's rate."""
-    times, path = np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:3])
+    reference = found_reference(rows[:, 0], rows[:, 1:3], MODEL.wheels.max_acceleration)
 
     def command(time: float) -> np.ndarray:
-        forward = feed_forward(
-            times, path, time, PERIOD, MODEL.wheels, SPEED, SETTINGS.controller.full_acceleration_lead
-        )
+        lead = SETTINGS.controller.full_acceleration_lead
+        forward = feed_forward(reference, time, PERIOD, MODEL.wheels, SPEED, lead)
         return saturate(np.array(forward), SPEED)
 
     return simulated(world, rows[0, 3:], command, PERIOD)

@@ -14,8 +14,7 @@ import collplan_core
 SRC = Path(__file__).parents[2] / "src"
 ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study", "collplan_gym")
 OPTIONAL = {"nav2_msgs", "tf2_msgs"}
-STANDARD_MESSAGES = {"geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "std_srvs"}
-STANDARD_MESSAGES |= {"trajectory_msgs", "visualization_msgs"}
+STANDARD_MESSAGES = {"geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "std_srvs", "visualization_msgs"}
 SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rosgraph_msgs"}
 ROS = {"rclpy", *OPTIONAL, "rcl_interfaces", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
 WITH_ROS_IN_SIM = {

@@ -16,7 +16,8 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.worlds import load_world
 from collplan_ros.messages import conversions, reading
-from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
+from collplan_ros.messages.cloud_reading import plan_from_message
+from collplan_ros.messages.planner_clouds import plan_to_message
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.states import goal_from_status, goal_to_status
@@ -110,7 +111,7 @@ class Loops:
             elif isinstance(decision, Cycle):
                 path, whole = plan_to_path(decision.plan, MAP), decision.plan
                 self.plans.append(deserialize_message(path, Path))
-                told = plan_from_trajectory(plan_to_trajectory(whole, MAP), MAP)
+                told = plan_from_message(plan_to_message(whole, MAP), MAP)
                 alone = plan_from_path(path, MAP)
                 assert (told.stamp, told.times.tolist()) == (alone.stamp, alone.times.tolist())
                 assert told.positions.tolist() == alone.positions.tolist()

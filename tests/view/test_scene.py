@@ -93,7 +93,7 @@ def test_a_plan_keeps_its_times_and_contacts(steps, contacts):
     times = stamp + np.cumsum(steps)
     positions = np.column_stack([times, -times])
     rows = np.array(contacts).reshape(-1, 4)
-    touched = Contacts(np.full(len(rows), stamp + 0.25), rows[:, :2], rows[:, 2:])
+    touched = Contacts(np.full(len(rows), stamp + 0.25), rows[:, :2], rows[:, 2:], np.full((len(rows), 2), np.nan))
     part = through_json(scene.plan(stamp, times, positions, touched))
     assert len(part["path"]) == 2 * len(part["times"]) == 2 * len(steps)
     np.testing.assert_allclose(np.array(part["times"]) / 1000.0, times - stamp, atol=HALF + 1e-9)

@@ -18,7 +18,7 @@ def coming(speed: float, until: float = 1.0) -> list[State]:
 
 
 def contact_at(time: float) -> Contacts:
-    return Contacts(np.array([time]), POINT[None], np.array([[-0.5, 0.0]]))
+    return Contacts(np.array([time]), POINT[None], np.array([[-0.5, 0.0]]), NORMAL[None])
 
 
 def hit_with(speed: float, *plans: tuple[float, Contacts]):

@@ -18,12 +18,14 @@ class Contacts:
         times: (k,) [s].
         points: (k, 2) where the ring touches the obstacle, not the disc's centre [m].
         velocities_after: (k, 2) [m/s].
+        normals: (k, 2) unit normals out of the obstacles; NaN where they are unknown.
         speeds: (k,) into the obstacle [m/s]; empty where they are unknown, as in a plan read from a message.
     """
 
     times: np.ndarray
     points: np.ndarray
     velocities_after: np.ndarray
+    normals: np.ndarray
     speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -34,7 +36,7 @@ class Contacts:
     @staticmethod
     def none() -> "Contacts":
         """No contact foreseen."""
-        return Contacts(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))
+        return Contacts(np.zeros(0), *np.zeros((3, 0, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ class Plan:
         stamp: start of the plan [s], the stamp of the state it was made from; the robot is at positions[0] then.
         times: (n,) time of each position, strictly rising, times[0] == stamp [s].
         positions: (n, 2) [m].
-        velocities: (n, 2) [m/s].
+        velocities: (n, 2) [m/s]; None where the path alone is given.
         contacts: contacts and rebounds that this plan foresees.
         aim: (2,) chosen intermediate position p_s [m].
         aim_velocity: (2,) chosen velocity v_s [m/s].
@@ -78,7 +80,7 @@ class Plan:
     stamp: float
     times: np.ndarray
     positions: np.ndarray
-    velocities: np.ndarray
+    velocities: np.ndarray | None
     contacts: Contacts
     aim: np.ndarray
     aim_velocity: np.ndarray
@@ -98,7 +100,7 @@ def timed_path(
     stamp: float,
     times: ArrayLike,
     positions: ArrayLike,
-    velocities: ArrayLike,
+    velocities: ArrayLike | None = None,
     valid_until: float | None = None,
     contacts: Contacts | None = None,
 ) -> Plan:
@@ -108,7 +110,7 @@ def timed_path(
         stamp: when it starts [s].
         times: (n,) strictly rising, on the clock of the stamp, times[0] == stamp [s].
         positions: (n, 2) world frame [m].
-        velocities: (n, 2) world frame [m/s].
+        velocities: (n, 2) world frame [m/s]; at a contact, that after it. The controller finds those of a path alone.
         valid_until: as in Plan.
         contacts: as in Plan.
 
@@ -117,7 +119,8 @@ def timed_path(
     """
     path = rising("times", times)
     shape, form = (len(path), 2), f"expected finite x, y for each of {len(path)} times"
-    where, how_fast = finite("positions", positions, shape, form), finite("velocities", velocities, shape, form)
+    where = finite("positions", positions, shape, form)
+    how_fast = None if velocities is None else finite("velocities", velocities, shape, form)
     return plan_of_path(stamp, path, where, how_fast, valid_until, contacts)
 
 
@@ -125,14 +128,14 @@ def plan_of_path(
     stamp: float,
     times: np.ndarray,
     positions: np.ndarray,
-    velocities: np.ndarray,
+    velocities: np.ndarray | None,
     valid_until: float | None = None,
     contacts: Contacts | None = None,
 ) -> Plan:
     """Makes a plan as `timed_path` does, from arrays that were checked already."""
     nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
     touched = Contacts.none() if contacts is None else contacts
-    aim, aim_velocity = positions[-1], velocities[-1]
+    aim, aim_velocity = positions[-1], np.zeros(2) if velocities is None else velocities[-1]
     return Plan(stamp, times, positions, velocities, touched, aim, aim_velocity, {}, nothing, 0, valid_until)
 
 

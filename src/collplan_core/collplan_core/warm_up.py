@@ -42,7 +42,7 @@ def warm_up() -> None:
         chosen, planner = settings.with_values({"planner.strategy": strategy}), planner_for(strategy)
         plan, memory = planner.plan(None, local_map, state, world.goal, chosen)
         planner.plan(memory, local_map, state, state.position + 0.01, chosen)
-    at_rest, onward = np.tile(state.position, (2, 1)), np.tile(plan.velocities.max(axis=0), (2, 1))
+    at_rest, onward = np.tile(state.position, (2, 1)), np.tile(plan.aim_velocity, (2, 1))
     foreseen_contacts(local_map, np.array([0.0, 1.0]), at_rest, onward, settings)
     wall = local_map.border_points[np.argmax(local_map.surface >= 0)]
     into_wall = np.linspace(state.position, state.position + 1.2 * (wall - state.position), len(plan.times))

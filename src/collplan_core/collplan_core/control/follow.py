@@ -11,6 +11,7 @@ import numpy as np
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE, Command
 from collplan_core.control.feed_forward import feed_forward
+from collplan_core.control.reference import Reference, found_reference, planned_reference, sample_reference
 from collplan_core.local_map.contact_point import SAME_POINT, ContactPoint, find_contact, passes_through
 from collplan_core.local_map.free_space import sector
 from collplan_core.local_map.record import LocalMap
@@ -51,21 +52,6 @@ def select_maneuver(path: np.ndarray, contact: ContactPoint | None, control: Con
 
 SLOW = 0.05
 """A reference slower than this has no direction [m/s]."""
-
-
-def sample_reference(times: np.ndarray, path: np.ndarray, now: float) -> tuple[np.ndarray, np.ndarray]:
-    """Position (2,) and velocity (2,) of a timed path now; at rest at the end once the time is past.
-
-    Args:
-        times: (n,) strictly rising [s]; path: (n, 2) [m].
-    """
-    position = np.array([np.interp(now, times, path[:, axis]) for axis in range(2)])
-    if now > times[-1]:
-        return position, np.zeros(2)
-    i = min(max(int(times.searchsorted(now)) - 1, 0), len(times) - 2)
-    # central differences around the sample keep the velocity continuous at 20 Hz
-    before, after = max(i - 1, 0), min(i + 2, len(times) - 1)
-    return position, (path[after] - path[before]) / (times[after] - times[before])
 
 
 def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:
@@ -229,14 +215,16 @@ class ManeuverCourse:
         maneuver: the maneuver for the contact that the plan's path runs into; FREE_SPACE where there is none.
         contact_point: engaging point p_c (2,) [m], or None.
         release_point: disengaging point p_d (2,) [m], or None.
-        contact_path: reference of the maneuver (n, 2) [m], or None.
+        reference: reference of the plan; None before the first.
+        contact_reference: reference of the maneuver, or None.
     """
 
     stamp: float = math.nan
     maneuver: str = FREE_SPACE
     contact_point: np.ndarray | None = None
     release_point: np.ndarray | None = None
-    contact_path: np.ndarray | None = None
+    reference: Reference | None = None
+    contact_reference: Reference | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,12 +250,14 @@ TOUCHING = 0.015
 
 def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> ManeuverCourse:
     """Alg. 3 for a new plan, with the reference of its maneuver."""
+    reference = planned_reference(plan, settings.robot.max_acceleration)
     contact = find_contact(plan.positions, local_map)
     if contact is None or not passes_through(plan.positions, contact, local_map):
-        return ManeuverCourse(stamp=plan.stamp)
+        return ManeuverCourse(plan.stamp, reference=reference)
     maneuver = select_maneuver(plan.positions, contact, settings.controller)
     path, release = maneuver_reference(maneuver, plan.times, plan.positions, contact, local_map, settings)
-    return ManeuverCourse(plan.stamp, maneuver, contact.point, release, path)
+    followed = found_reference(plan.times, path, settings.robot.max_acceleration)
+    return ManeuverCourse(plan.stamp, maneuver, contact.point, release, reference, followed)
 
 
 def _carried_stage(old: ManeuverCourse, new: ManeuverCourse, stage: str, switch_distance: float) -> str:
@@ -309,17 +299,16 @@ def follow(
     params, robot = settings.controller, settings.robot
     period = 1.0 / params.rate
     memory = _engaged_now(memory, plan, local_map, state, settings)
-    path, maneuver = plan.positions, FREE_SPACE
-    if memory.stage == ENGAGED and memory.course.contact_path is not None:
-        path, maneuver = memory.course.contact_path, memory.course.maneuver
+    followed, maneuver = memory.course.reference, FREE_SPACE
+    if memory.stage == ENGAGED and memory.course.contact_reference is not None:
+        followed, maneuver = memory.course.contact_reference, memory.course.maneuver
+    assert followed is not None
 
-    reference, reference_velocity = sample_reference(plan.times, path, now)
+    reference, reference_velocity = sample_reference(followed, now)
     forward = np.zeros(2)
     if now < plan.times[-1]:
-        wheels = velocity_law(robot)
-        forward = np.array(
-            feed_forward(plan.times, path, now, period, wheels, robot.max_speed, params.full_acceleration_lead)
-        )
+        lead = params.full_acceleration_lead
+        forward = np.array(feed_forward(followed, now, period, velocity_law(robot), robot.max_speed, lead))
     velocity, integral = pid(
         reference - state.position,
         forward,

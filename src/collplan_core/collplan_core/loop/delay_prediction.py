@@ -50,13 +50,13 @@ class UnderWay:
     def before(self, plan: Plan) -> Plan:
         """A plan made from the end, with this motion before it; its stamp is that of the pose."""
         own, known = self.contacts, plan.contacts
-        parts = ("times", "points", "velocities_after", "speeds")
+        parts = ("times", "points", "velocities_after", "normals", "speeds")
         return replace(
             plan,
             stamp=float(self.times[0]),
             times=np.concatenate([self.times[:-1], plan.times]),
             positions=np.concatenate([self.positions[:-1], plan.positions]),
-            velocities=np.concatenate([self.velocities[:-1], plan.velocities]),
+            velocities=None if plan.velocities is None else np.concatenate([self.velocities[:-1], plan.velocities]),
             contacts=Contacts(*(np.concatenate([getattr(own, part), getattr(known, part)]) for part in parts)),
         )
 
@@ -95,7 +95,7 @@ def motion_under_way(
             break
         after = rebound(into, contact.normal, ring)
         point = contact.point - settings.robot.radius * contact.normal
-        found.append((times[i - 1] + contact.share * STEP, point, after, -float(into @ contact.normal)))
+        found.append((times[i - 1] + contact.share * STEP, point, after, contact.normal, -float(into @ contact.normal)))
         rows[i] = np.hstack([contact.point + (1.0 - contact.share) * STEP * after, after])
         rows[i:] = _rolled(wheels, rows[i], wanted[i:])
         first = i

@@ -44,4 +44,4 @@ def _contact(time: float, center: np.ndarray, velocity: np.ndarray, normal: np.n
     """The contact at a time [s] of a disc with center (2,) [m] and velocity (2,) [m/s], and the rebound from it."""
     after = rebound(velocity, normal, believed_ring(settings))
     point, speed = center - settings.robot.radius * normal, -float(velocity @ normal)
-    return Contacts(np.array([time]), point[None], after[None], np.array([max(speed, 0.0)]))
+    return Contacts(np.array([time]), point[None], after[None], normal[None], np.array([max(speed, 0.0)]))

@@ -86,11 +86,12 @@ def sample_trajectory(
 
     Returns:
         rows (k, 5): time since the beginning [s], x, y, vx, vy, also at the moment of every contact;
-        contacts (c, 7): time, point touched x, y, velocity after vx, vy, speed into the boundary, kind as in Contact.
+        contacts (c, 9): time, point touched x, y, velocity after vx, vy, unit normal out of the boundary x, y, speed
+            into it, kind as in Contact.
     """
     grid, goal, model, _ = problem.constants
     most = len(commands) * INTERVAL_STEPS
-    rows, contacts = np.empty((2 * most + 1, 5)), np.empty((most, 7))
+    rows, contacts = np.empty((2 * most + 1, 5)), np.empty((most, 9))
     motion, count, touched, course = initial, 1, 0, course_of(initial, 0.0, 0.0)
     _put(rows, 0, 0.0, motion.x, motion.y, motion)
     for k in range(most):
@@ -107,7 +108,8 @@ def sample_trajectory(
                 _put(rows, count, time + share * STEP, cx, cy, motion)
                 count += 1
             _put(contacts, touched, time + share * STEP, cx - radius * contact.nx, cy - radius * contact.ny, motion)
-            contacts[touched, 5], contacts[touched, 6] = contact.normal_speed, contact.kind
+            contacts[touched, 5], contacts[touched, 6] = contact.nx, contact.ny
+            contacts[touched, 7], contacts[touched, 8] = contact.normal_speed, contact.kind
             touched += 1
         _put(rows, count, time + STEP, motion.x, motion.y, motion)
         count += 1

@@ -120,9 +120,9 @@ def plan_cycle(
     if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
         best = braking(problem, initial)
     rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
-    contacts = contacts[contacts[:, 6] == OBSERVED]
+    contacts = contacts[contacts[:, 8] == OBSERVED]
     plan = _plan(state.stamp, rows, contacts, best, compared, coarse.costs.size)
-    expected = Expected(plan.times, plan.positions, plan.velocities, plan.contacts.times)
+    expected = Expected(plan.times, plan.positions, rows[:, 3:], plan.contacts.times)
     commands = best.commands[: best.n].copy()
     return plan, replace(memory, plan_stamp=state.stamp, commands=commands, expected=expected)
 
@@ -205,6 +205,11 @@ def _cost(plan: FullPlan) -> float:
     return plan.cost
 
 
+def contacts_of(stamp: float, rows: np.ndarray) -> Contacts:
+    """Contacts of a trajectory that begins at `stamp` [s], from rows of `sample_trajectory`."""
+    return Contacts(stamp + rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7])
+
+
 def _plan(
     stamp: float,
     rows: np.ndarray,
@@ -223,7 +228,7 @@ def _plan(
         times=times,
         positions=positions,
         velocities=velocities,
-        contacts=Contacts(stamp + contacts[:, 0], contacts[:, 1:3], contacts[:, 3:5], contacts[:, 5]),
+        contacts=contacts_of(stamp, contacts),
         aim=positions[-1],
         aim_velocity=velocities[-1],
         terms={"total": best.cost, "arrival_time": best.cost - paid, "contact_and_clearance": paid},

@@ -1,4 +1,4 @@
-"""Reading of point clouds, planner/seen, planner/compared and ground_truth/impact/contact, by their attributes alone.
+"""Reads the project's point clouds by their attributes alone: plans, what the planner sees and compares, true impacts.
 
 A message decoded from a recording will do as well as one of rclpy's, and no ROS is needed.
 """
@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from collplan_ros.messages.reading import MessageError, check_finite, check_frame
+from collplan_core.plan import Contacts, Plan, plan_of_path
+from collplan_core.validation import rising
+from collplan_ros.messages.reading import MessageError, check_finite, check_frame, seconds_from_stamp
 
 FREE_SPACE, FRONTIERS, PREDICTED, REMEMBERED, INFERRED = LAYERS = (
     "free_space",
@@ -24,6 +26,11 @@ PLACES = ("x", "y", "vx", "vy", "line")
 TOTAL = "total"
 IMPACT = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
 """Fields of ground_truth/impact/contact: point, unit normal out of the obstacle, velocity before and after."""
+PLAN = ("t", "x", "y", "vx", "vy", "normal_x", "normal_y", "kind")
+"""Fields of planner/trajectory: time after the plan's stamp [s], and by `kind` of the point one of the next."""
+ON_PATH, AT_CONTACT, HOLDS = 0, 1, 2
+"""The robot's centre and its velocity there; a contact's point, velocity after it and unit normal out of the obstacle;
+how long the plan holds, where nothing else counts."""
 KINDS = {7: "<f4", 8: "<f8", 2: "|u1"}
 """Types of fields that are used, by their numbers in sensor_msgs/PointField: FLOAT32, FLOAT64 and UINT8."""
 
@@ -76,6 +83,34 @@ def compared_from_message(message: Any, frame: str) -> Compared:
     return Compared(rows[single], singles, paths, terms[TOTAL][starts[long]].tolist())
 
 
+def plan_from_message(message: Any, frame: str) -> Plan:
+    """The plan in a message of planner/trajectory; how it was chosen is not in it.
+
+    Raises:
+        MessageError: another frame, other fields, fewer bytes than it says, fewer than 2 points of the path, not
+            finite, or times of the path that do not rise.
+    """
+    table = _table(message, frame)
+    _check_fields(table, PLAN)
+    stamp, kinds = seconds_from_stamp(message.header.stamp), table["kind"]
+    path, touched, ends = (table[kinds == kind] for kind in (ON_PATH, AT_CONTACT, HOLDS))
+    times = rising("points", stamp + path["t"], MessageError)
+    positions, velocities = _pairs(path, "x", "y"), _pairs(path, "vx", "vy")
+    points, after, normals = (_pairs(touched, *names) for names in (("x", "y"), ("vx", "vy"), ("normal_x", "normal_y")))
+    if not all(np.isfinite(each).all() for each in (positions, touched["t"], points, after, ends["t"])):
+        raise MessageError("points: got a position, contact or end that is not finite")
+    alone = bool(np.isnan(velocities).all())
+    if not (alone or np.isfinite(velocities).all()):
+        raise MessageError("points: got a velocity that is not finite, expected all or none of them to be")
+    contacts = Contacts(stamp + touched["t"], points, after, normals)
+    until = stamp + float(ends["t"][0]) if len(ends) else None
+    return plan_of_path(stamp, times, positions, None if alone else velocities, until, contacts)
+
+
+def _pairs(table: np.ndarray, x: str, y: str) -> np.ndarray:
+    return np.column_stack([table[x], table[y]])
+
+
 def true_impact_from_message(message: Any, frame: str) -> list[float]:
     """Values of IMPACT [m], [m/s] in a message.
 
@@ -92,6 +127,8 @@ def true_impact_from_message(message: Any, frame: str) -> list[float]:
 
 
 def _table(message: Any, frame: str) -> np.ndarray:
+    if not hasattr(message, "point_step"):  # as in a recording of an earlier version
+        raise MessageError(f"type: got {type(message).__name__}, expected sensor_msgs/PointCloud2")
     check_frame("header.frame_id", message.header.frame_id, frame)
     step, size = int(message.point_step), int(message.width) * int(message.height)
     names, formats, offsets = [], [], []

@@ -1,4 +1,4 @@
-"""Point clouds of what the planner sees and compares, and of a true impact; markers take as long as a plan.
+"""Point clouds: a plan, what the planner sees and compares, and a true impact; markers take as long as a plan.
 
 planner/seen holds lines of several layers; planner/compared the candidates of the choice, with each cost term in a
 field of its own, so that a viewer of point clouds can colour by it.
@@ -12,16 +12,19 @@ from sensor_msgs.msg import PointCloud2, PointField
 
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
-from collplan_core.plan import Candidates
+from collplan_core.plan import Candidates, Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.messages.cloud_reading import (
+    AT_CONTACT,
     FREE_SPACE,
     FRONTIERS,
+    HOLDS,
     IMPACT,
     INFERRED,
     KINDS,
     LAYERS,
     PLACES,
+    PLAN,
     PREDICTED,
     REMEMBERED,
     TOTAL,
@@ -34,6 +37,27 @@ ARROW_LENGTH = 0.15
 MOST_COMPARED = 500
 """Number of the cheapest candidates that are published and drawn: each takes time."""
 _NUMBERS = {kind: number for number, kind in KINDS.items()}
+
+
+# ---- planner/trajectory
+
+_PLAN = np.dtype([*((name, "<f8") for name in PLAN[:-1]), (PLAN[-1], "u1")])
+
+
+def plan_to_message(plan: Plan, frame: str) -> PointCloud2:
+    """Message of a plan with its contacts; one without an end of validity holds to the end of its path."""
+    contacts, n = plan.contacts, len(plan.times)
+    table = np.zeros(n + len(contacts.times) + 1, _PLAN)
+    path, touched = table[:n], table[n:-1]
+    path["t"], path["x"], path["y"] = plan.times - plan.stamp, *plan.positions.T
+    path["vx"], path["vy"] = (np.nan, np.nan) if plan.velocities is None else plan.velocities.T
+    touched["kind"], touched["t"] = AT_CONTACT, contacts.times - plan.stamp
+    touched["x"], touched["y"] = contacts.points.T
+    touched["vx"], touched["vy"] = contacts.velocities_after.T
+    touched["normal_x"], touched["normal_y"] = contacts.normals.T
+    until = plan.times[-1] if plan.valid_until is None else plan.valid_until
+    table["kind"][-1], table["t"][-1] = HOLDS, until - plan.stamp
+    return _cloud(table, plan.stamp, frame)
 
 
 # ---- planner/seen

@@ -22,7 +22,7 @@ from collplan_ros.messages.reading import (
     yaw_of,
 )
 
-BYTES_TOPICS = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
+BYTES_TOPICS = ("mocap/odom", "ground_truth/odom", "plan")
 """Topics whose messages are taken as bytes."""
 LITTLE_ENDIAN = b"\x00\x01"
 START = 4
@@ -36,7 +36,7 @@ _COVARIANCE = 36 * 8
 
 
 def plan_from_path(raw: bytes, frame: str) -> Plan:
-    """The plan in a serialized nav_msgs/Path: times and positions as sent, velocities differentiated from them.
+    """The plan in a serialized nav_msgs/Path: times and positions alone.
 
     Raises:
         MessageError: another frame, fewer than 2 poses, not finite, times that do not rise, or bytes that are no path.
@@ -58,9 +58,7 @@ def plan_from_path(raw: bytes, frame: str) -> Plan:
         raise MessageError(f"path: got {len(raw)} bytes, {cut}") from None
     times = rising("poses", rows[:, 0], MessageError)
     positions = finite("poses", rows[:, 1:], (None, 2), "expected finite numbers", MessageError)
-    slopes = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
-    velocities = finite("poses", slopes, (None, 2), "expected finite velocities", MessageError)
-    return plan_of_path(stamp, times, positions, velocities)
+    return plan_of_path(stamp, times, positions, None)
 
 
 def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:

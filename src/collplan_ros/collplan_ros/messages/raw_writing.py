@@ -34,12 +34,6 @@ def add_header(raw: bytearray, stamp: float, name: bytes) -> None:
     raw += _STAMP_AND_LENGTH.pack(whole + more, nanoseconds, len(name)) + name
 
 
-def add_text(raw: bytearray, text: bytes) -> None:
-    """Adds a string, with the zero at its end."""
-    align(raw, 4)
-    raw += _COUNT.pack(len(text)) + text
-
-
 def align(raw: bytearray, size: int) -> None:
     """Fills up to where a value of this size may begin [bytes]."""
     raw += bytes((len(ENCODING) - len(raw)) % size)

@@ -11,8 +11,8 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Path
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty, String
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.command import HAND, stopped
 from collplan_core.loop.controller_loop import ControllerLoop
@@ -23,7 +23,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
-from collplan_ros.messages.plan_trajectory import plan_from_trajectory
+from collplan_ros.messages.cloud_reading import plan_from_message
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.states import goal_from_status
 from collplan_ros.messages.status_values import values_of
@@ -71,7 +71,7 @@ class ControllerNode(GraphNode):
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age, self._local_clock)
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
-        listen.listen(MultiDOFJointTrajectory, "planner/trajectory", self._on_trajectory, qos.EVENT, EVENT, raw=True)
+        listen.listen(PointCloud2, "planner/trajectory", self._on_trajectory, qos.EVENT, EVENT)
         listen.listen(Path, "plan", self._on_path, qos.NEWEST, EVENT, raw=True)
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
@@ -115,8 +115,8 @@ class ControllerNode(GraphNode):
     def _on_hand(self, velocity: np.ndarray, yaw_rate: float, age: float, trouble: str) -> None:
         self._journal.call(self._loop.take_manual_command, velocity, yaw_rate, self._local() - age, trouble)
 
-    def _on_trajectory(self, raw: bytes) -> None:
-        plan = plan_from_trajectory(raw, self._settings.frames.map)
+    def _on_trajectory(self, message: PointCloud2) -> None:
+        plan = plan_from_message(message, self._settings.frames.map)
         self._told = plan.stamp
         self._take_plan(plan)
 

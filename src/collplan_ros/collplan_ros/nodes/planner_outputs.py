@@ -9,7 +9,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.goal import Goal
@@ -20,8 +19,7 @@ from collplan_core.plan import Plan
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import stamp_from_seconds
-from collplan_ros.messages.plan_trajectory import plan_to_trajectory
-from collplan_ros.messages.planner_clouds import compared_to_message, seen_layers, seen_to_message
+from collplan_ros.messages.planner_clouds import compared_to_message, plan_to_message, seen_layers, seen_to_message
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.states import goal_to_status
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health, status_message
@@ -68,7 +66,7 @@ class PlannerOutputs:
         # a planner that ran earlier may have left a goal active
         self._status.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
         self._plan = node.create_publisher(Path, "plan", qos.NEWEST_PUBLISHED)
-        self._trajectory = node.create_publisher(MultiDOFJointTrajectory, "planner/trajectory", qos.EVENT)
+        self._trajectory = node.create_publisher(PointCloud2, "planner/trajectory", qos.EVENT)
         self._costs = node.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
         self._markers = node.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
         self._markers_sent = -math.inf
@@ -106,7 +104,7 @@ class PlannerOutputs:
     def _publish(self, cycle: Cycle, goal: np.ndarray, planning_time: float, local: float, settings: Settings) -> None:
         # the trajectory first, as its receivers need no path, and all else after the plan: the robot waits
         plan, frame = cycle.plan, settings.frames.map
-        self._trajectory.publish(plan_to_trajectory(plan, frame))
+        self._trajectory.publish(plan_to_message(plan, frame))
         self._plan.publish(plan_to_path(plan, frame))
         strategy = settings.planner.strategy
         self._costs.publish(costs_message(self._name, plan, planning_time, strategy))

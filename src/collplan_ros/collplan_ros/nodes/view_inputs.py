@@ -10,7 +10,6 @@ from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan, PointCloud2
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
@@ -29,7 +28,7 @@ GOAL = "goal_pose"
 TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "mocap/odom": (Odometry, POSES),
     "scan": (LaserScan, NEWEST),
-    "planner/trajectory": (MultiDOFJointTrajectory, qos.EVENT),
+    "planner/trajectory": (PointCloud2, qos.EVENT),
     "plan": (Path, NEWEST),
     "planner/seen": (PointCloud2, qos.LATCHED),
     "planner/compared": (PointCloud2, qos.LATCHED),

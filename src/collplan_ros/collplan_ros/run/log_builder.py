@@ -10,8 +10,7 @@ from collplan_core.clock_steps import RunTimes
 from collplan_core.goal import NO_GOAL, SUCCEEDED
 from collplan_core.parameters import Settings
 from collplan_core.state import State
-from collplan_ros.messages.cloud_reading import true_impact_from_message
-from collplan_ros.messages.plan_trajectory import plan_from_trajectory
+from collplan_ros.messages.cloud_reading import plan_from_message, true_impact_from_message
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import (
     GOAL_STATUS,
@@ -161,8 +160,8 @@ class LogBuilder:
             place = *contact.point.tolist(), *contact.normal.tolist()
             self._log.detected_impacts.append(DetectedImpactRecord(time, *place))
 
-    def _take_trajectory(self, raw: bytes, sent: float) -> None:
-        plan = plan_from_trajectory(raw, self._frames.map)
+    def _take_trajectory(self, message: Any, sent: float) -> None:
+        plan = plan_from_message(message, self._frames.map)
         made = self._run_times.of(plan.stamp)
         if sent <= self._end.sent:
             self._log.plans[made] = replace(plan.contacts, times=made - plan.stamp + plan.contacts.times)

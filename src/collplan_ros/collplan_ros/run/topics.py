@@ -16,7 +16,6 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy, LaserScan, PointCloud2
 from std_msgs.msg import Empty, Float64, String
-from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
@@ -31,7 +30,7 @@ RELIABLE: dict[str, type] = {
     "impact": Vector3Stamped,
     "impact/contact": PoseStamped,
     "plan": Path,
-    "planner/trajectory": MultiDOFJointTrajectory,
+    "planner/trajectory": PointCloud2,
     "planner/heartbeat": Empty,
     "planner/costs": DiagnosticArray,
     "planner/seen": PointCloud2,

@@ -14,8 +14,7 @@ from collplan_core.plan import Plan
 from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
-from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
-from collplan_ros.messages.plan_trajectory import plan_from_trajectory
+from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED, plan_from_message
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import (
     GOAL_STATUS,
@@ -206,8 +205,8 @@ class DrawnGraph:
         state = state_at(self._states, scan.stamp)
         self._changes.put("scan", scene.scan(placed_among(scan, state, self._states, self._scan), state))
 
-    def _take_trajectory(self, raw: bytes, _: float) -> None:
-        plan = plan_from_trajectory(raw, self._frames.map)
+    def _take_trajectory(self, message: Any, _: float) -> None:
+        plan = plan_from_message(message, self._frames.map)
         self._told = plan.stamp
         self.impacts.planned(plan)
         self._put_plan(plan)

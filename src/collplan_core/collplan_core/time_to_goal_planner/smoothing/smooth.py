@@ -51,7 +51,7 @@ def _rebounds(contacts: np.ndarray) -> tuple[int, np.ndarray]:
     """The first control interval after the last contact that is no rebound or too soon, and the rebounds after it."""
     first, count, before = 0, 0, 0.0
     for k in range(len(contacts)):
-        if contacts[k, 6] != OBSERVED or contacts[k, 0] < before + SHORTEST_PHASE:
+        if contacts[k, 8] != OBSERVED or contacts[k, 0] < before + SHORTEST_PHASE:
             first, count = int(math.ceil(contacts[k, 0] / CONTROL_INTERVAL - 1e-6)), k + 1
         before = max(contacts[k, 0], first * CONTROL_INTERVAL)
     return first, contacts[count:]
