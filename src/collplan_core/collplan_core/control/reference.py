@@ -29,10 +29,10 @@ class Reference(NamedTuple):
 
 
 def planned_reference(plan: Plan, max_acceleration: float) -> Reference:
-    """The reference of a plan, which turns at the contacts that the plan goes on from as they say.
+    """The reference of a plan. It turns at each contact after which the path has the contact's velocity.
 
-    A plan of the paper foresees contacts behind which its path goes straight on; there it does not turn. Where a path
-    alone turns is found with what the wheels make of it [m/s^2].
+    The paper's plans also foresee contacts behind which the path goes straight on. The reference does not turn there.
+    For a plan without velocities, `found_reference` finds the turns from `max_acceleration` [m/s^2].
     """
     if plan.velocities is None:
         return found_reference(plan.times, plan.positions, max_acceleration)

@@ -60,7 +60,7 @@ def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:
     """
     table = _table(message, frame)
     _check_fields(table, ("x", "y", "layer"))
-    points = np.column_stack([table["x"], table["y"]]).astype(float)
+    points = _pairs(table, "x", "y").astype(float)
     return {name: points[table["layer"] == number] for number, name in enumerate(LAYERS)}
 
 
