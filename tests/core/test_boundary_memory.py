@@ -20,6 +20,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     clearance_at,
     source_at,
 )
+from collplan_core.time_to_goal_planner.boundary_memory.field import FIRST_SIDE
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import known_boundaries, remember
 from collplan_core.worlds import World, load_world, world_segments
@@ -41,6 +42,7 @@ from scenes import (
 )
 
 REMEMBERED = SETTINGS.remembered
+HALF_SIDE = SETTINGS.local_map.half_side
 WALL = box(-3.0, 0.4, 3.0, 0.6)  # its face at y = 0.4 is seen from below
 
 
@@ -261,7 +263,7 @@ def test_in_a_world_that_stands_still_nothing_seen_is_forgotten():
 def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generator) -> None:
     field = memory.field
     behind = memory.pieces[memory.solid_behind] - 0.12 * np.tile(memory.normals[memory.solid_behind], 2)
-    nodes = rng.integers(0, len(field.clearance), (1500, 2))
+    nodes = rng.integers(0, field.clearance.shape, (1500, 2))
     near = np.argwhere(field.clearance < FAR)
     nodes = np.vstack([nodes, near[rng.integers(0, len(near), 1500)]])
     points = shapely.points(field.origin + nodes * field.spacing)
@@ -285,15 +287,37 @@ def test_the_field_is_that_of_the_pieces_left(seed: int, noise: float):
     assert_is_of_the_pieces(memory, rng)
 
 
-def test_the_grid_moves_along_with_the_robot():
-    clutter = [np.array([[x, 0.3], [x + 0.2, 0.3], [x + 0.1, 0.5]]) for x in np.arange(-0.5, 5.0, 0.6)]
-    world = World("row", tuple(clutter), np.zeros((0, 3)), (-9.0, -9.0, 9.0, 9.0), False)
-    positions = [np.array([x, 0.0]) for x in np.arange(0.0, 4.2, 0.1)]
-    memory = remembered(maps_along(world, positions))
+ROW = [np.array([[x, 0.3], [x + 0.2, 0.3], [x + 0.1, 0.5]]) for x in np.arange(-0.5, 5.0, 0.6)]
+
+
+def along_a_row(settings=REMEMBERED) -> RememberedBoundaries:
+    """What is remembered after a drive of 4.1 m past obstacles."""
+    world = World("row", tuple(ROW), np.zeros((0, 3)), (-9.0, -9.0, 9.0, 9.0), False)
+    memory = None
+    for local_map in maps_along(world, [np.array([x, 0.0]) for x in np.arange(0.0, 4.2, 0.1)]):
+        memory = remember(memory, local_map, ROBOT, settings)
     field = memory.field
-    assert field.origin[0] > -3.0 + 1.0
     np.testing.assert_allclose(field.origin / field.spacing, np.round(field.origin / field.spacing), atol=1e-9)
     assert_is_of_the_pieces(memory, np.random.default_rng(0))
-    assert memory.pieces[:, 0].min() > positions[-1][0] - 0.5 * REMEMBERED.side - 0.05
-    behind = np.round((np.array([2.0, 0.0]) - field.origin) / field.spacing).astype(int)
-    assert memory.free[tuple(behind)]  # what was seen free is carried along
+    assert is_free(memory, 2.0, 0.0)  # what was seen free is carried along
+    return memory
+
+
+def test_the_grid_grows_with_the_way_and_all_seen_stays():
+    memory = along_a_row()
+    first, last = memory.field.origin, memory.field.origin + memory.field.spacing * np.array(memory.free.shape)
+    np.testing.assert_allclose(first, -0.5 * FIRST_SIDE, atol=1e-6)
+    assert last[0] > 4.1 + HALF_SIDE
+    assert last[1] == pytest.approx(0.5 * FIRST_SIDE, abs=0.03)
+    assert memory.pieces[:, 0].min() < -0.4
+    assert is_free(memory, 0.0, 0.0)
+
+
+def test_a_grid_as_long_as_it_may_be_ends_behind_the_robot():
+    memory = along_a_row(replace(REMEMBERED, side=6.0))
+    size = memory.field.spacing * (np.array(memory.free.shape) - 1)
+    np.testing.assert_allclose(size, 6.0, atol=1e-6)
+    assert memory.field.origin[0] > -2.0
+    assert memory.field.origin[0] + size[0] > 4.1 + HALF_SIDE
+    middles = 0.5 * (memory.pieces[:, 0] + memory.pieces[:, 2])
+    assert middles.min() > memory.field.origin[0] - memory.field.spacing

@@ -84,8 +84,9 @@ def test_what_a_lidar_ahead_of_the_centre_cannot_see_behind_it_is_not_free():
 def test_a_goal_is_blocked_where_it_is():
     state, mount = at_rest((0.1, 0.0), 0.4), {"offset_x": -0.07, "offset_y": 0.05, "offset_yaw": 1.0}
     scan = placed(world_of([box(0.4, -0.1, 0.6, 0.1)]), state, mount)
-    for x in (0.4 - RADIUS - 0.01, 0.4 - RADIUS + 0.02):
-        assert is_blocked(np.array([x, 0.0]), scan, state, ROBOT, LocalMapping()) == (x > 0.4 - RADIUS)
+    settings = Settings().with_values({"planner.goal_tolerance": 0.01})
+    for x in (0.4 - RADIUS - 0.01, 0.4 - RADIUS + 0.03):
+        assert is_blocked(np.array([x, 0.0]), scan, state, settings, LocalMapping()) == (x > 0.4 - RADIUS)
 
 
 # ---- a sweep

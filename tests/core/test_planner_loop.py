@@ -79,15 +79,38 @@ def test_cancel_ends_the_goal_once_and_so_does_one_that_is_refused():
 
 
 def test_a_goal_inside_what_scans_show_is_given_up_not_for_a_single_scan():
-    loop = with_goal(goal=np.array([0.0, 0.47]))
+    loop = with_goal(SETTINGS.with_values({"planner.goal_tolerance": 0.03}), goal=np.array([0.0, 0.47]))
     assert statuses(loop.cycle(1.02)) == []
-    assert "obstacle" in loop.trouble
+    assert "cannot stand" in loop.trouble
     ended = []
     for stamp in np.arange(1.1, 1.2 + current_goal.CLOSED_OFF_TIME, 0.1).tolist():
         see(loop, stamp)
         ended += statuses(loop.cycle(stamp))
     assert ended == [ABORTED]
-    assert "obstacle" in loop.trouble
+    assert "cannot stand" in loop.trouble
+
+
+def drive_to_and_fro(loop: PlannerLoop, begin: float, end: float) -> list[str]:
+    """Statuses of a goal while the robot drives over the same 0.5 m, from one length of its way to another [m]."""
+    ended = []
+    for k in range(round(begin / 0.1), round(end / 0.1)):
+        place = 0.1 * (k % 10)
+        stamp = 1.1 + 0.1 * k
+        ended += statuses(see(loop, stamp, x=min(place, 1.0 - place)))
+        ended += statuses(loop.cycle(stamp))
+    return [status for status in ended if status != EXECUTING]
+
+
+def test_a_goal_is_given_up_after_a_long_way_that_leads_no_nearer_by_a_planner_without_memory(monkeypatch):
+    for limit, remembers, ends in ((3.0, False, True), (0.0, False, False), (3.0, True, False)):
+        monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, gives_up_closed_off_goal=remembers))
+        loop = with_goal(SETTINGS.with_values({"planner.longest_detour": limit}))
+        assert drive_to_and_fro(loop, 0.0, 3.3) == []
+        assert drive_to_and_fro(loop, 3.3, 3.8) == ([ABORTED] if ends else [])
+    loop = with_goal(SETTINGS.with_values({"planner.longest_detour": 3.0}))
+    drive_to_and_fro(loop, 0.0, 3.0)
+    loop.take_goal(IDENTITY[::-1], np.array([2.5, 0.0]), 4.1)
+    assert ABORTED not in drive_to_and_fro(loop, 3.0, 6.0)
 
 
 def test_a_goal_not_reached_in_time_is_given_up_also_where_it_is_given_again():

@@ -106,7 +106,8 @@ def test_solid_that_is_only_inferred_gives_way_before_a_goal_is_given_up():
         memory = remember(memory, local_map, ROBOT, SETTINGS.remembered)
     assert (memory.field.source == INFERRED).any()
     assert not is_reachable(shortest_paths(memory.field, goal, start, SETTINGS), start)
-    boundaries, _ = way(memory, start, goal)
+    boundaries, _, gap = way(memory, start, goal)
+    assert gap is None
     assert not (boundaries.field.source == INFERRED).any()
     assert (boundaries.field.clearance < 0.0).any()
     before = RolloutMemory(remembered=memory, map_stamp=local_map.stamp)

@@ -17,7 +17,9 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
 from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar, wall_lines
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.boundary_memory.field import FIRST_SIDE
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
+from collplan_core.time_to_goal_planner.tried_gaps import gap_on_the_way
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -74,10 +76,11 @@ def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -
         follow(ControllerMemory(), plan, local_map, state, plan.stamp, settings)
         later = replace(state, stamp=state.stamp + 0.05)
         _, memory = planner.plan(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
-    elsewhere = replace(local_map, position=local_map.position + settings.remembered.side)
+    elsewhere = replace(local_map, position=local_map.position + 0.5 * FIRST_SIDE)
     remember(memory.remembered, elsewhere, settings.robot, settings.remembered)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))
     way_to_goal(memory.remembered, nowhere, state.position, settings)
+    gap_on_the_way(memory.paths, memory.remembered.field, state.position)
 
 
 if __name__ == "__main__":

@@ -8,13 +8,17 @@ import math
 import numpy as np
 
 from collplan_core.fence import is_outside
-from collplan_core.parameters import Limits, LocalMapping, Robot
+from collplan_core.parameters import Limits, LocalMapping, Robot, Settings
 from collplan_core.plan import Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
 TOUCH_MARGIN = 0.01
 """Largest overlap of a seen surface with the robot standing at its goal: noise of poses and ranges [m]."""
+_BEARINGS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+_RING = np.column_stack([np.cos(_BEARINGS), np.sin(_BEARINGS)])
+STANDS = np.vstack([np.zeros((1, 2)), *(share * _RING for share in (0.25, 0.5, 0.75, 1.0))])
+"""Places (n, 2) at which the robot may stand at its goal, in tolerances from it."""
 
 
 def why_stale(name: str, age: float, limit: float) -> str:
@@ -84,12 +88,17 @@ def why_refuse_goal(goal: np.ndarray, position: np.ndarray | None, limits: Limit
     return why_outside(position, limits)
 
 
-def is_blocked(goal: np.ndarray, scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> bool:
-    """Returns whether the robot at a goal (2,) [m] would overlap a surface that the scan shows within the local map.
+def is_blocked(goal: np.ndarray, scan: Scan, state: State, settings: Settings, mapping: LocalMapping) -> bool:
+    """Returns whether the robot cannot stand within the tolerance of a goal (2,) [m], by what the scan shows.
+
+    Wherever it stood it would overlap a surface within the local map.
 
     Args:
         state: the robot at the scan's stamp.
     """
     near = np.isfinite(scan.ranges) & (scan.ranges <= mapping.half_side)
-    apart = scan.points(state, near) - goal
-    return bool((np.hypot(apart[:, 0], apart[:, 1]) < robot.radius - TOUCH_MARGIN).any())
+    shown = scan.points(state, near)
+    radius, tolerance = settings.robot.radius - TOUCH_MARGIN, settings.planner.goal_tolerance
+    shown = shown[np.hypot(*(shown - goal).T) < radius + tolerance]
+    apart = (goal + tolerance * STANDS)[:, None] - shown
+    return bool((np.hypot(apart[..., 0], apart[..., 1]) < radius).any(axis=1).all())

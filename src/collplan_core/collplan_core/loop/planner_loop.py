@@ -2,11 +2,12 @@
 
 Once per map_period a plan is made if it can be: from the newest scan and the pose at its stamp, or from the newest pose
 and all scans so far, as the planner requires; with some planners also at once after an impact. A new goal replaces the
-old one. A goal ends when it is reached, canceled, inside an obstacle that the scan shows, not reached within
-planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen; when the robot leaves the
-fence; and when it was stuck too often. A robot that is commanded and does not move backs out along the way it came. The
-place then counts as an obstacle, until that leaves no way. When the poses jump, stop or start over, memory is dropped
-and the goal gets a new stamp, which invalidates every earlier plan.
+old one. A goal ends when it is reached, canceled, where the robot cannot stand within its tolerance by the scan, not
+reached within planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen; when the robot
+leaves the fence; when it was stuck too often; and when a planner without memory came no nearer to it for long. A robot
+that is commanded and does not move backs out along the way it came. The place then counts as an obstacle, until that
+leaves no way. When the poses jump, stop or start over, memory is dropped and the goal gets a new stamp, which
+invalidates every earlier plan.
 """
 
 import math
@@ -25,6 +26,7 @@ from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, 
 from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.loop.input_gate import InputGate, Refusals
+from collplan_core.loop.progress import Progress
 from collplan_core.loop.recovery import Recovery
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
@@ -91,7 +93,7 @@ class PlannerLoop:
         self._known_map = self._memory = known_map
         self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
-        self._recovery = Recovery()
+        self._recovery, self._progress = Recovery(), Progress()
         self._placed: PlacedScan | None = None
         self._commands = np.zeros((0, 3))
         self._estimated_delay = math.nan
@@ -129,6 +131,8 @@ class PlannerLoop:
         outside = why_outside(state.position, settings.limits)
         if outside and self.goal.active:
             self._give_up(outside)
+        if self.goal.active:
+            self._progress.moved(state.position, self.goal.position, settings.planner.goal_tolerance)
         stuck = self._recovery.moved(state, settings)
         if stuck and self.goal.active:
             self._recover(stuck, state)
@@ -212,6 +216,7 @@ class PlannerLoop:
             self._recovery.repeat_goal()
         else:
             self._recovery.begin_goal()
+            self._progress.begin_goal()
 
     def _forget_before(self, stamp: float) -> None:
         """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""
@@ -219,6 +224,7 @@ class PlannerLoop:
         self._commands = np.zeros((0, 3))
         self._alarm.forget()
         self._recovery.forget()
+        self._progress.begin_goal()
         self.trouble = ""
         goal = self.goal.restamp(stamp)
         if goal is not None:
@@ -266,6 +272,10 @@ class PlannerLoop:
         deadline = self._make_deadline(settings)
         if self.goal.is_overdue(local, settings.planner.goal_timeout):
             self._give_up(f"not reached within planner.goal_timeout, {settings.planner.goal_timeout:g} s")
+            return
+        if not self._planner.gives_up_closed_off_goal and 0.0 < settings.planner.longest_detour < self._progress.way:
+            way = f"driven {self._progress.way:.0f} m without coming nearer than {self._progress.nearest:.2f} m"
+            self._give_up(f"{way}; limit planner.longest_detour, {settings.planner.longest_detour:g} m")
             return
         stale = self.why_stale(local)
         if stale or now is None:
@@ -322,8 +332,10 @@ class PlannerLoop:
             self._end_goal(ABORTED)
             self._refuse_goal(reason)
             return
-        if is_blocked(goal, placed.scan, placed.state, settings.robot, local_mapping_of(settings)):
-            reason = f"{goal[0]:.3f}, {goal[1]:.3f} lies inside an obstacle that the scan shows"
+        if is_blocked(goal, placed.scan, placed.state, settings, local_mapping_of(settings)):
+            tolerance = f"within planner.goal_tolerance, {settings.planner.goal_tolerance:g} m"
+            place = f"{goal[0]:.3f}, {goal[1]:.3f}"
+            reason = f"the robot cannot stand at {place} or {tolerance}, beside an obstacle that the scan shows"
             self._report_no_way(reason, local, gives_up=True)
             return
         delay, shown = delay_in_use(settings.robot, self._estimated_delay), placed.local_map
@@ -363,7 +375,7 @@ class PlannerLoop:
     def _try_the_same_way_again(self) -> None:
         """Drops bumped obstacles that leave no way to the goal, so that the next cycle plans anew."""
         self._recovery.forget_felt()
-        self._memory, self._placed = self._known_map, None
+        self._placed = None
 
     def _decide_on(self, plan: Plan, valid_until: float, local_map: LocalMap) -> None:
         boundaries = None if self._memory is None else self._planner.boundaries(self._memory)

@@ -72,8 +72,8 @@ def plan_cycle(
     goal = np.array(goal, dtype=float)
     memory = memory or PaperMemory(state.position, NO_AIM, 0.0)
     travelled = memory.travelled + float(np.hypot(*(state.position - memory.previous)))
-    goal_is_free = inside(local_map.border, *(goal - local_map.position))
-    choice = _goal_itself(goal) if goal_is_free else _best(memory, travelled, local_map, state, goal, settings)
+    end = _end_at(goal, local_map, settings.planner.goal_tolerance)
+    choice = _best(memory, travelled, local_map, state, goal, settings) if end is None else _goal_itself(end)
     times, positions, velocities = make_trajectory(state, choice.aim, choice.aim_velocity, settings)
     times = state.stamp + times
     plan = Plan(
@@ -88,7 +88,16 @@ def plan_cycle(
         candidates=choice.candidates,
         n_before_pruning=choice.n_before_pruning,
     )
-    return plan, PaperMemory(state.position, NO_AIM if goal_is_free else choice.aim, travelled)
+    return plan, PaperMemory(state.position, choice.aim if end is None else NO_AIM, travelled)
+
+
+def _end_at(goal: np.ndarray, local_map: LocalMap, tolerance: float) -> np.ndarray | None:
+    """Where a plan can end at the goal (2,) [m]: there, or if a surface is too near at the next place beside it."""
+    if inside(local_map.border, *(goal - local_map.position)):
+        return goal
+    beside = local_map.border_points[local_map.surface >= 0]
+    away = np.hypot(*(beside - goal).T)
+    return beside[away.argmin()] if away.min(initial=np.inf) < tolerance else None
 
 
 def _goal_itself(goal: np.ndarray) -> _Choice:

@@ -89,6 +89,7 @@ class Planning(Parameters):
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
     stop_at_goal: bool = parameter(False, "A goal is reached at rest within goal_tolerance, instead of by passing", live=True)
     goal_timeout: float = parameter(120.0, "Time after which an accepted goal is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
+    longest_detour: float = parameter(20.0, "Way without coming nearer to the goal after which it is aborted, for strategies without memory of boundaries; 0 is never", unit="m", low=0.0, high=10000.0, live=True)
     recovery_tries: int = parameter(3, "How often a stuck robot backs out and tries again before the goal is aborted", low=0, high=100, live=True)
     frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
     shortest_frontier: float = parameter(0.05, "Shorter frontiers are ignored if a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
@@ -132,9 +133,9 @@ class Remembered(Parameters):
     """Boundaries kept from earlier scans, and the solid assumed behind them. For the time-to-goal strategies."""
 
     group = "remembered"
-    side: float = parameter(6.0, "Side of the square around the robot within which boundaries are kept", unit="m", low=1.0, high=30.0)
+    side: float = parameter(30.0, "Longest side of the space in which boundaries are kept; it begins as a square of 6 m and grows with the way", unit="m", low=1.0, high=30.0)
     spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1)
-    max_pieces: int = parameter(6000, "Largest number of pieces; those seen longest ago are forgotten first", low=100, high=100000)
+    max_pieces: int = parameter(20000, "Largest number of pieces; those seen longest ago are forgotten first", low=100, high=100000)
     inferred_depth: float = parameter(0.30, "Depth of the solid assumed behind an observed boundary, for the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
     inferred_inset: float = parameter(0.08, "Distance from the ends of what was observed at which the inferred solid begins", unit="m", low=0.0, high=0.5)
     contradiction: float = parameter(0.05, "Boundaries are forgotten if two scans in a row see this far through them", unit="m", low=0.005, high=0.5)

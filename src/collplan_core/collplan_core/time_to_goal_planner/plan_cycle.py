@@ -37,6 +37,7 @@ from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.smoothing.smooth import smoothed
+from collplan_core.time_to_goal_planner.tried_gaps import TriedGaps, with_try
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 
 TURNS = 2
@@ -60,6 +61,7 @@ class RolloutMemory:
         plan_stamp: stamp at which the plan in force begins [s].
         commands: (n, 2) commands of the plan in force, one a control interval [m/s].
         expected: states and contacts that the plan in force foresees.
+        tried: gaps too narrow for the disc that were tried.
         cycle: number of cycles so far, the seed of the refinement.
     """
 
@@ -70,6 +72,7 @@ class RolloutMemory:
     plan_stamp: float = 0.0
     commands: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     expected: Expected | None = None
+    tried: TriedGaps = field(default_factory=TriedGaps)
     cycle: int = 0
 
     def without_plan(self) -> "RolloutMemory":
@@ -99,10 +102,13 @@ def plan_cycle(
     memory = _updated(memory or RolloutMemory(), local_map, state, np.array(goal, dtype=float), settings)
     assert memory.remembered is not None
     assert memory.paths is not None
-    way = way_to_goal(memory.remembered, memory.paths, state.position, settings)
+    way = way_to_goal(memory.remembered, memory.paths, state.position, settings, memory.tried)
+    gap = None if way is None else way.gap
+    tried = with_try(memory.tried, gap, state.position, state.stamp, settings.robot.radius)
+    memory = replace(memory, tried=tried)
     if way is None:
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
-    remembered, paths = way
+    remembered, paths, _ = way
     problem = problem_of(remembered.field, remembered.free, paths, settings)
     initial = _initial_motion(problem, state, memory.expected, settings.mocap)
     carried_on = _carried_on(problem, initial, memory, state.stamp, settings.time_to_goal)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,42 +20,68 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, po
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
+from collplan_core.time_to_goal_planner.tried_gaps import TriedGaps, gap_on_the_way, widened
 
 CLEAR = 0.005
 """A robot measured inside a boundary is taken to be so far out of it [m]."""
 FINER = 3
 """Cells are so many times smaller where a way is looked for that is too narrow for the others."""
-TIGHT = 0.01
-"""Last, boundaries count as so much farther away: a gap that the disc just fits through may measure narrower [m]."""
+
+
+class Way(NamedTuple):
+    """A way to the goal.
+
+    Attributes:
+        boundaries: boundaries over which it leads; paths: the shortest paths over them.
+        gap: (2,) the first gap on it that measures too narrow for the disc [m]; None without one.
+    """
+
+    boundaries: RememberedBoundaries
+    paths: ShortestPaths
+    gap: np.ndarray | None = None
 
 
 def way_to_goal(
-    remembered: RememberedBoundaries, paths: ShortestPaths, position: np.ndarray, settings: Settings
-) -> tuple[RememberedBoundaries, ShortestPaths] | None:
-    """Boundaries over which the goal can be reached from a position (2,) [m], and the shortest paths over those.
+    remembered: RememberedBoundaries,
+    paths: ShortestPaths,
+    position: np.ndarray,
+    settings: Settings,
+    tried: TriedGaps | None = None,
+) -> Way | None:
+    """The way to the goal from a position (2,) [m]; None where what was seen leaves none.
 
-    As they are where the paths lead there, else over smaller cells, else without what is only inferred, else with gaps
-    wider by 2 TIGHT. None where what was seen leaves no way even then.
+    Over the boundaries as they are where the paths lead there, else over smaller cells, else without what is only
+    inferred, else with gaps wider by twice TIGHT, but for those that were tried planner.recovery_tries times.
 
     Args:
         paths: over the boundaries as they are.
+        tried: gaps tried so far.
     """
+    radius = settings.robot.radius
     if is_reachable(paths, _outside(remembered.field, position)):
-        return remembered, paths
-    for boundaries in _with_ever_less(remembered, settings.robot.radius):
-        over = shortest_paths(boundaries.field, paths.goal, position, settings, finer=FINER)
-        if is_reachable(over, _outside(boundaries.field, position)):
-            return boundaries, over
-    return None
+        return Way(remembered, paths)
+    for seen in _with_ever_less(remembered, radius):
+        over = _finer_paths(seen.field, paths.goal, position, settings)
+        if over is not None:
+            return Way(seen, over)
+    closed = np.zeros((0, 2)) if tried is None else tried.closed(max(settings.planner.recovery_tries, 1))
+    wider = replace(seen, field=widened(seen.field, closed, radius))
+    over = _finer_paths(wider.field, paths.goal, position, settings)
+    return None if over is None else Way(wider, over, gap_on_the_way(over, seen.field, position))
+
+
+def _finer_paths(
+    field: ClearanceField, goal: np.ndarray, position: np.ndarray, settings: Settings
+) -> ShortestPaths | None:
+    """Shortest paths over smaller cells; None where they do not lead to the goal."""
+    over = shortest_paths(field, goal, position, settings, finer=FINER)
+    return over if is_reachable(over, _outside(field, position)) else None
 
 
 def _with_ever_less(memory: RememberedBoundaries, radius: float) -> Iterator[RememberedBoundaries]:
     yield memory
     if memory.solid_behind.any():
-        memory = only_seen(memory, radius)
-        yield memory
-    field = memory.field
-    yield replace(memory, field=replace(field, clearance=field.clearance + TIGHT))
+        yield only_seen(memory, radius)
 
 
 def only_seen(memory: RememberedBoundaries, radius: float) -> RememberedBoundaries:

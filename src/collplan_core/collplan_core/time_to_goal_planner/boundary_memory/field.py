@@ -6,36 +6,71 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import inside
+from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Remembered
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, INFERRED, NOTHING, OBSERVED, Grid
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
+    FAR,
+    INFERRED,
+    NOTHING,
+    OBSERVED,
+    ClearanceField,
+    Grid,
+)
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool
 
-EDGE = 1.2
-"""The grid moves before the robot is this near to its edge [m]; a quarter of its side where that is less."""
+FIRST_SIDE = 6.0
+"""Side of the square around the robot that the grid begins with [m]."""
 
 
-def empty_nodes(center: np.ndarray, half: float, spacing: float, radius: float) -> Nodes:
-    """A square of nodes at multiples of the spacing, at least `half` to each side of the one nearest to the centre."""
-    beside = math.ceil(half / spacing - 1e-9)
-    n = 2 * beside + 1
-    ox, oy = ((math.floor(c / spacing + 0.5) - beside) * spacing for c in center)
-    clearance, source = np.full((n, n), FAR), np.full((n, n), NOTHING, np.int8)
-    free, stale = np.zeros((n, n), bool), np.ones((n, n), bool)
-    return Nodes(clearance, source, free, stale, Grid(ox, oy, spacing), radius)
+def first_nodes(position: np.ndarray, half: float, spacing: float, radius: float) -> Nodes:
+    """A square of nodes at multiples of the spacing, at least `half` to each side of the one nearest to a place."""
+    return _nodes_between(*_square(position, half, spacing), spacing, radius)
 
 
-def nodes_around(memory: RememberedBoundaries, position: np.ndarray, radius: float, settings: Remembered) -> Nodes:
-    """A copy of the remembered grid; from another origin on, and stale where it is new, if the robot nears its edge."""
-    field, side = memory.field, settings.side
-    edge = min(EDGE, 0.25 * side)
-    last = field.origin + (len(field.clearance) - 1) * field.spacing
-    if (position - field.origin > edge).all() and (last - position > edge).all():
+def nodes_around(memory: RememberedBoundaries, local_map: LocalMap, radius: float, settings: Remembered) -> Nodes:
+    """A copy of the remembered grid, which grows, and is stale where it is new, if the local map reaches its edge.
+
+    Where it would be longer than `settings.side` it ends behind the robot.
+    """
+    field, position = memory.field, local_map.position
+    reach = min(local_map.half_side, 0.25 * settings.side)
+    last = field.origin + (np.array(field.clearance.shape) - 1) * field.spacing
+    if (position - field.origin > reach).all() and (last - position > reach).all():
         grids = field.clearance.copy(), field.source.copy(), memory.free.copy(), np.zeros_like(memory.free)
         return Nodes(*grids, field.grid, radius)
-    nodes = empty_nodes(position, 0.5 * side, settings.spacing, radius)
+    nodes = _nodes_between(*_grown(field, local_map, settings), settings.spacing, radius)
     _carry_over(nodes, field.clearance, field.source, memory.free, field.grid)
     return nodes
+
+
+def _square(position: np.ndarray, half: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """First and last node (2,), counted from the world's origin, of the square around a place."""
+    middle = np.floor(position / spacing + 0.5).astype(int)
+    beside = math.ceil(half / spacing - 1e-9)
+    return middle - beside, middle + beside
+
+
+def _grown(field: ClearanceField, local_map: LocalMap, settings: Remembered) -> tuple[np.ndarray, np.ndarray]:
+    """First and last node (2,) of the box around the grid and the robot, cut on the side that the robot leaves."""
+    half = min(max(0.5 * FIRST_SIDE, 2.0 * local_map.half_side), 0.5 * settings.side)
+    low, high = _square(local_map.position, half, field.spacing)
+    first = np.rint(field.origin / field.spacing).astype(int)
+    last = first + np.array(field.clearance.shape) - 1
+    longest = max(round(settings.side / field.spacing), int((high - low).max()))
+    grown_first, grown_last = np.minimum(first, low), np.maximum(last, high)
+    return (
+        np.where(high > last, np.maximum(grown_first, high - longest), grown_first),
+        np.where(low < first, np.minimum(grown_last, low + longest), grown_last),
+    )
+
+
+def _nodes_between(first: np.ndarray, last: np.ndarray, spacing: float, radius: float) -> Nodes:
+    shape = tuple(last - first + 1)
+    clearance, source = np.full(shape, FAR), np.full(shape, NOTHING, np.int8)
+    free, stale = np.zeros(shape, bool), np.ones(shape, bool)
+    x, y = (first * spacing).tolist()
+    return Nodes(clearance, source, free, stale, Grid(x, y, spacing), radius)
 
 
 @njit
@@ -43,9 +78,9 @@ def _carry_over(nodes: Nodes, clearance: np.ndarray, source: np.ndarray, free: n
     """Copies what an earlier grid holds to the nodes at the same places."""
     si = int(round((nodes.grid.x - grid.x) / nodes.grid.spacing))
     sj = int(round((nodes.grid.y - grid.y) / nodes.grid.spacing))
-    n, (nx, ny) = len(nodes.free), free.shape
-    for i in range(max(0, -si), min(n, nx - si)):
-        for j in range(max(0, -sj), min(n, ny - sj)):
+    (mx, my), (nx, ny) = nodes.free.shape, free.shape
+    for i in range(max(0, -si), min(mx, nx - si)):
+        for j in range(max(0, -sj), min(my, ny - sj)):
             nodes.clearance[i, j], nodes.source[i, j] = clearance[i + si, j + sj], source[i + si, j + sj]
             nodes.free[i, j], nodes.stale[i, j] = free[i + si, j + sj], False
 

@@ -19,6 +19,8 @@ GROWTH = 0.003
 """A piece is added where so much of it is new [m]."""
 SMALLEST_BUCKET = 0.1
 """Side of the squares in which pieces are looked up [m]; five spacings where that is more."""
+AROUND = 0.5
+"""Pieces are looked up in the scan's square and so far around it, as beams may begin beside its middle [m]."""
 MOST = 64
 """Pieces compared with a new one at most; an ordinary boundary has under ten."""
 
@@ -48,13 +50,16 @@ def _put(buckets: Buckets, piece: np.ndarray, k: int) -> None:
 
 
 @njit
-def _filled(pool: Pool, count: int, x: float, y: float, half: float, spacing: float) -> Buckets:
-    """Buckets of the kept pieces, over the square of half side `half` around (x, y)."""
+def _filled(pool: Pool, count: int, sight: Sight, spacing: float) -> Buckets:
+    """Buckets of the kept pieces that a new one may be near to."""
     size = max(SMALLEST_BUCKET, 5.0 * spacing)
+    half = sight.half_side + AROUND
     n = int(math.ceil(2.0 * half / size))
-    buckets = Buckets(np.full((n, n), -1, np.int64), np.empty(len(pool.kept), np.int64), x - half, y - half, size, n)
+    x, y = sight.x - half, sight.y - half
+    buckets = Buckets(np.full((n, n), -1, np.int64), np.empty(len(pool.kept), np.int64), x, y, size, n)
     for k in range(count):
-        if pool.kept[k]:
+        mx, my = middle(pool.pieces[k])
+        if pool.kept[k] and max(abs(mx - sight.x), abs(my - sight.y)) <= half:
             _put(buckets, pool.pieces[k], k)
     return buckets
 
@@ -153,21 +158,18 @@ def _merge_piece(
 
 
 @njit
-def merge_scan(
-    pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows: np.ndarray, margin: float, half: float
-) -> int:
+def merge_scan(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows: np.ndarray, margin: float) -> int:
     """Merges the pieces of a scan with the remembered ones.
 
     Args:
         count: number of pieces in the pool.
         rows: distances of inferred solid behind a piece [m].
         margin: nearer in front of a new piece older ones are the same boundary from a pose that was off [m].
-        half: half the side of the square in which pieces are remembered [m].
 
     Returns:
         How many pieces there are now.
     """
-    buckets = _filled(pool, count, sight.x, sight.y, half, nodes.grid.spacing)
+    buckets = _filled(pool, count, sight, nodes.grid.spacing)
     for m in range(len(cuts.pieces)):
         if is_edge_on(cuts.pieces[m], cuts.normals[m], sight):
             continue

@@ -7,14 +7,20 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Remembered, Robot
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField, nearest_node
 from collplan_core.time_to_goal_planner.boundary_memory.contradiction import (
     count_contradictions,
     drop_seen_free,
     inferred_rows,
 )
 from collplan_core.time_to_goal_planner.boundary_memory.cutting import cut
-from collplan_core.time_to_goal_planner.boundary_memory.field import empty_nodes, nodes_around, renew, see_free
+from collplan_core.time_to_goal_planner.boundary_memory.field import (
+    FIRST_SIDE,
+    first_nodes,
+    nodes_around,
+    renew,
+    see_free,
+)
 from collplan_core.time_to_goal_planner.boundary_memory.merging import merge_scan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, Sight, middle, pool_of, sight_of
@@ -32,17 +38,18 @@ def remember(
         local_map: local map of the newest scan.
     """
     if memory is None:
-        memory = _nothing(empty_nodes(local_map.position, 0.5 * settings.side, settings.spacing, robot.radius))
-    sight, half = sight_of(local_map), 0.5 * settings.side
+        half = 0.5 * min(FIRST_SIDE, settings.side)
+        memory = _nothing(first_nodes(local_map.position, half, settings.spacing, robot.radius))
+    sight = sight_of(local_map)
     rows = inferred_rows(settings.inferred_depth, robot.radius)
     inset = settings.inferred_inset if len(rows) else math.inf
     cuts = cut(local_map.walls, local_map.wall_surface, sight, settings.spacing, inset, robot.radius)
-    nodes, pool = nodes_around(memory, local_map.position, robot.radius, settings), pool_of(memory, len(cuts.pieces))
+    nodes, pool = nodes_around(memory, local_map, robot.radius, settings), pool_of(memory, len(cuts.pieces))
     count = len(memory.pieces)
     count_contradictions(pool, count, sight, settings.contradiction)
     drop_seen_free(pool, count, rows, sight)
-    _forget_far(pool, count, *local_map.position, half)
-    count = merge_scan(pool, count, cuts, sight, nodes, rows, settings.contradiction, half)
+    _forget_outside(pool, count, nodes)
+    count = merge_scan(pool, count, cuts, sight, nodes, rows, settings.contradiction)
     _forget_oldest(pool, settings.max_pieces)
     renew(nodes, pool, count, memory.solid_behind, rows)
     see_free(nodes, local_map.border, *local_map.position, local_map.half_side)
@@ -54,11 +61,11 @@ def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settin
 
     Args:
         walls: x0, y0, x1, y1 [m].
-        center: (2,) centre of the grid, which is as large as the walls need and at least `settings.side` [m].
+        center: (2,) centre of the grid, which is as large as the walls need [m].
     """
     walls = np.ascontiguousarray(walls, dtype=float).reshape(-1, 4)
     far = np.abs(walls.reshape(-1, 2) - center).max(initial=0.0) + robot.radius + FAR
-    nodes = empty_nodes(np.asarray(center), max(0.5 * settings.side, far), settings.spacing, robot.radius)
+    nodes = first_nodes(np.asarray(center), max(0.5 * FIRST_SIDE, far), settings.spacing, robot.radius)
     everywhere = Sight(np.zeros(0), float(center[0]), float(center[1]), 0.0, 0.0, np.zeros((0, 3)), math.inf, math.inf)
     cuts = cut(walls, np.arange(len(walls)), everywhere, settings.spacing, math.inf, 0.0)
     pool = pool_of(_nothing(nodes), len(cuts.pieces))
@@ -74,11 +81,13 @@ def _nothing(nodes: Nodes) -> RememberedBoundaries:
 
 
 @njit
-def _forget_far(pool: Pool, count: int, x: float, y: float, half: float) -> None:
-    """Let go of what lies outside of the square around the robot."""
+def _forget_outside(pool: Pool, count: int, nodes: Nodes) -> None:
+    """Forgets what lies outside of the grid."""
+    (nx, ny), grid = nodes.free.shape, nodes.grid
     for k in range(count):
         mx, my = middle(pool.pieces[k])
-        if max(abs(mx - x), abs(my - y)) > half:
+        i, j = nearest_node(grid, mx, my)
+        if not (0 <= i < nx and 0 <= j < ny):
             pool.kept[k] = False
 
 

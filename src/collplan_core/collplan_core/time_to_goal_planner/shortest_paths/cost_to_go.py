@@ -127,11 +127,8 @@ def time_to_go(
 
 
 @njit
-def path_direction(paths: PathLookup, x: float, y: float) -> tuple[float, float, float]:
-    """Unit direction from (x, y) along the shortest path and the distance to its first waypoint [m].
-
-    (0, 0) and inf where no path leads to the goal.
-    """
+def waypoint_near(paths: PathLookup, x: float, y: float) -> int:
+    """Number of the waypoint that the shortest path from (x, y) leads to first, -1 where none leads to the goal."""
     waypoint, waypoints, remaining = paths.waypoint, paths.waypoints, paths.remaining
     i0, i1, j0, j1 = _cells_near(waypoint, paths.cells, x, y)
     best, chosen = np.inf, -1
@@ -141,10 +138,20 @@ def path_direction(paths: PathLookup, x: float, y: float) -> tuple[float, float,
             if k >= 0:
                 total = math.hypot(waypoints[k, 0] - x, waypoints[k, 1] - y) + remaining[k]
                 if total < best:
-                    best, chosen = total, k
-    if chosen < 0:
+                    best, chosen = total, int(k)
+    return chosen
+
+
+@njit
+def path_direction(paths: PathLookup, x: float, y: float) -> tuple[float, float, float]:
+    """Unit direction from (x, y) along the shortest path and the distance to its first waypoint [m].
+
+    (0, 0) and inf where no path leads to the goal.
+    """
+    k = waypoint_near(paths, x, y)
+    if k < 0:
         return 0.0, 0.0, np.inf
-    return _ahead(_waypoint(waypoints, paths.onward, remaining, paths.turning, chosen), x, y)
+    return _ahead(_waypoint(paths.waypoints, paths.onward, paths.remaining, paths.turning, k), x, y)
 
 
 def is_reachable(paths: ShortestPaths, position: np.ndarray) -> bool:
