@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
 SPEEDS, STRETCH = (0.4, 1.1), 0.6

@@ -16,12 +16,12 @@ from bumping_drive import DrivenPose, bumping_drive
 from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
 from collplan_core.calibration.impact_fit import RecordedPath
 from collplan_core.calibration.wall_impacts import SLOWEST
+from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World
 from collplan_ros.fit.fitting import RobotFit, fit_robot
 from collplan_ros.fit.recorded_path import FittedRun
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
 RANGES = {

@@ -7,9 +7,8 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing import pose_filter
-from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.worlds import load_world
-from collplan_ros.run.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
+from collplan_ros.run.run_log import PoseRow, RunLog
 from omnipuck_sim import trial
 
 
@@ -22,7 +21,7 @@ def logged_trial(world: str, settings: Settings, seed: int) -> RunLog:
         if result.state is not None:
             log.poses.append(pose_row(result.state))
         if result.impact is not None:
-            log.detected_impacts.append(detected(result.impact, used))
+            log.impacts.append(result.impact)
         return result, memory
 
     class LoggedRecord(trial.TrialRecord):
@@ -38,24 +37,17 @@ def logged_trial(world: str, settings: Settings, seed: int) -> RunLog:
         patched.setattr(pose_filter, "filter_pose", logged_filter)
         patched.setattr(trial, "TrialRecord", LoggedRecord)
         result = trial.run_trial(load_world(world), settings, seed)
-    for hit in result.impacts:
-        vectors = hit.point, hit.normal, hit.velocity_before, hit.velocity_after
-        log.true_impacts.append(ImpactRecord(hit.time, *np.concatenate(vectors).tolist()))
+    log.impacts += result.impacts
     return log
 
 
 def without_truth(log: RunLog) -> RunLog:
     """The same run as a real robot leaves it."""
-    return replace(log, truth=[], true_impacts=[])
+    return replace(log, truth=[])
 
 
 def pose_row(state) -> PoseRow:
     return PoseRow(state.stamp, *state.position.tolist(), state.yaw, *state.velocity.tolist(), state.stamp)
-
-
-def detected(impact, settings: Settings) -> DetectedImpactRecord:
-    contact = impact_contact(impact.time, impact.center, impact.change, settings.robot.radius)
-    return DetectedImpactRecord(contact.time, *contact.point.tolist(), *contact.normal.tolist())
 
 
 def pairs_of(detected_times: np.ndarray, true_times: np.ndarray, farthest: float) -> list[tuple[int, int]]:

@@ -9,14 +9,13 @@ from hypothesis import strategies as st
 from collplan_core.evaluation.impact_matching import (
     UNMATCHED,
     Prediction,
-    foreseen_rebounds,
     judge_impacts,
     match_contacts,
 )
+from collplan_core.impact import POSES, Impact, measured_impact
 from collplan_core.loop.impact_alarm import ImpactAlarm
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.plan import Contacts
-from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.state import State
 from scenes import RADIUS, SETTINGS, box, map_of, rotation, unit, world_of
 
@@ -30,18 +29,20 @@ def contacts(*rows) -> Contacts:
     return Contacts(table[:, 0], table[:, 1:3], table[:, 3:], np.full((len(table), 2), np.nan))
 
 
+def hits_of(rows) -> list[Impact]:
+    return [Impact(time, np.array([x, y]), np.zeros(2), np.zeros(2), np.array(after)) for time, x, y, *after in rows]
+
+
 def made(predictions) -> list[Prediction]:
     return [Prediction(when, contacts(*rows)) for when, *rows in predictions]
 
 
 def foreseen(impacts, *predictions) -> list[bool]:
-    table = np.array(impacts, dtype=float)
-    return judge_impacts(table[:, 0], table[:, 1:3], np.zeros(len(table)), made(predictions)).foreseen.tolist()
+    return judge_impacts(hits_of(impacts), made(predictions)).foreseen.tolist()
 
 
 def compared(impacts, *predictions) -> np.ndarray:
-    table = np.array(impacts, dtype=float).reshape(-1, 5)
-    return foreseen_rebounds(table[:, 0], table[:, 1:3], table[:, 3:], made(predictions))
+    return judge_impacts(hits_of(impacts), made(predictions)).rebounds
 
 
 def moved(time: float, x: float = 0.0) -> tuple:
@@ -75,7 +76,7 @@ hits = st.tuples(st.floats(0.0, 2.0), places, places, st.just(0.0), st.just(0.0)
 @given(st.lists(hits, max_size=6), st.lists(hits, max_size=6))
 def test_pairs_are_within_tolerance_and_used_once_and_none_is_left(impacts, predicted):
     table, other = (np.array(each, dtype=float).reshape(-1, 5) for each in (impacts, predicted))
-    matched = match_contacts(table[:, 0], table[:, 1:3], contacts(*predicted))
+    matched = match_contacts(hits_of(impacts), contacts(*predicted))
     used = matched[matched != UNMATCHED]
     assert len(set(used)) == len(used)
     near = np.abs(table[:, None, 0] - other[None, :, 0]) <= 0.15
@@ -121,11 +122,13 @@ def test_the_angle_is_that_between_them_whatever_way_both_point(angle, turn, spe
 @given(st.floats(-3.1, 3.1), st.floats(0.05, 3.0), st.floats(-5.0, 5.0), st.floats(-0.6, 0.6))
 def test_an_impact_is_at_the_foot_of_the_wall_but_for_what_friction_turns_its_normal_by(angle, strength, x, friction):
     center = np.array([x, -2.0 * x])
-    contact = impact_contact(7.5, center, strength * (rotation(angle) @ (1.0, friction)), RADIUS)
+    before, change = np.array([0.3, -0.4]), strength * (rotation(angle) @ (1.0, friction))
+    contact = measured_impact(7.5, center, before, change, RADIUS, POSES)
     assert contact.time == 7.5
     np.testing.assert_allclose(contact.normal, unit(angle + math.atan(friction)), atol=1e-9)
     np.testing.assert_allclose(contact.point, center - RADIUS * contact.normal, atol=1e-12)
-    nothing = impact_contact(0.0, center, np.zeros(2), RADIUS)
+    np.testing.assert_allclose(contact.change, change, atol=1e-12)
+    nothing = measured_impact(0.0, center, before, np.zeros(2), RADIUS, POSES)
     assert (nothing.normal.tolist(), nothing.point.tolist()) == ([0.0, 0.0], center.tolist())
 
 

@@ -157,7 +157,8 @@ def test_velocity_after_a_hit_forgets_the_one_before():
     assert found == 32
     np.testing.assert_allclose(results[found].impact.change, [-1.7, 0.0], atol=0.05)
     assert results[found].impact.time == pytest.approx(0.3, abs=0.001)
-    np.testing.assert_allclose(results[found].impact.center, [0.3, 0.09], atol=0.001)
+    np.testing.assert_allclose(results[found].impact.point, [0.3 + Settings().robot.radius, 0.09], atol=0.005)
+    np.testing.assert_allclose(results[found].impact.velocity_before, [1.0, 0.3], atol=0.05)
     for result in results[found:]:
         np.testing.assert_allclose(result.state.velocity, [-0.7, 0.3], atol=0.1)
     np.testing.assert_allclose(results[-1].state.velocity, [-0.7, 0.3], atol=1e-9)

@@ -14,16 +14,18 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.command import Command
+from collplan_core.impact import SOURCES, Impact
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.parameters.file import read_parameters
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import Deviations
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages import reading as r
+from collplan_ros.messages.cloud_reading import impact_from_cloud
 from collplan_ros.messages.conversions import command_to_message, command_type
+from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import scan_from_message, suspiciously_near, twist_of
 
@@ -111,15 +113,14 @@ def test_goal_and_impact(stamp, point):
     np.testing.assert_array_equal(value, point)
 
 
-@given(stamps, points, yaws)
+@given(stamps, points, points, points, yaws, st.sampled_from(SOURCES))
 @FEW
-def test_impact_contact(stamp, point, angle):
+def test_impact(stamp, point, before, after, angle, source):
     normal = np.array([math.cos(angle), math.sin(angle)])
-    message = sent(c.impact_contact_to_message(ImpactContact(stamp, point, normal), "map"))
-    contact = r.impact_contact_from_message(message, "map")
-    assert contact.time == stamp
-    np.testing.assert_array_equal(contact.point, point)
-    np.testing.assert_allclose(contact.normal, normal, atol=1e-9)
+    impact = impact_from_cloud(sent(impact_to_cloud(Impact(stamp, point, normal, before, after, source), "map")), "map")
+    assert (impact.time, impact.source) == (stamp, source)
+    for name, value in {"point": point, "normal": normal, "velocity_before": before, "velocity_after": after}.items():
+        np.testing.assert_array_equal(getattr(impact, name), value)
 
 
 # ---- scans

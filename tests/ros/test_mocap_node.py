@@ -10,14 +10,16 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseSample
+from collplan_ros.messages.cloud_reading import impact_from_cloud
 from collplan_ros.messages.conversions import pose_to_message
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.messages.reading import impact_contact_from_message, seconds_from_stamp
+from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.mocap_node import MocapNode
 from node_health import NodeHealth
 
@@ -33,7 +35,7 @@ class MocapBench:
         self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
         self.refusals = ros.listen(String, "mocap/refused", POSE_SUBSCRIBED)
         self.impacts = ros.listen(Vector3Stamped, "impact", EVENT)
-        self.contacts = ros.listen(PoseStamped, "impact/contact", EVENT)
+        self.contacts = ros.listen(PointCloud2, "impact/contact", EVENT)
         self.health = NodeHealth(ros, "/mocap_node")
         self.node = ros.make(MocapNode, parameters)
         self.poses = ros.publisher(PoseStamped, "mocap/pose", POSE_PUBLISHED)
@@ -78,7 +80,7 @@ def test_a_hit_is_published_once(ros, bench):
     change = bench.impacts[0]
     assert change.header.frame_id == "map"
     assert (change.vector.x, change.vector.y) == pytest.approx((-1.7, 0.0), abs=0.1)
-    contact = impact_contact_from_message(bench.contacts[0], "map")
+    contact = impact_from_cloud(bench.contacts[0], "map")
     assert contact.time == pytest.approx(5.25, abs=0.002)
     assert contact.time < seconds_from_stamp(change.header.stamp) - 0.005
     np.testing.assert_allclose(contact.point, [0.34, 0.05], atol=0.005)

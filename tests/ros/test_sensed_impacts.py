@@ -10,8 +10,8 @@ from telemetry_example import TELEMETRY
 
 from collplan_core.parameters import Settings
 from collplan_core.state import State
+from collplan_ros.messages.cloud_reading import impact_from_cloud
 from collplan_ros.messages.conversions import state_to_odometry
-from collplan_ros.messages.reading import impact_contact_from_message
 from omnipuck_driver.sensed_impacts import SensedImpacts
 
 USED = Settings().with_values({"limits.pose_history": 0.5})
@@ -50,7 +50,7 @@ def test_an_impact_is_where_the_robot_was_then():
         bench.local += later
         bench.told(age)
         assert (bench.sensed.published, bench.sensed.missed) == (1, 0)
-        contact = impact_contact_from_message(bench.published["impact/contact"][0], USED.frames.map)
+        contact = impact_from_cloud(bench.published["impact/contact"][0], USED.frames.map)
         then = 2.0 + later - age
         assert contact.time == pytest.approx(then)
         np.testing.assert_allclose(contact.point, [SPEED * then, 0.0] + USED.robot.radius * AHEAD, atol=1e-6)

@@ -15,11 +15,11 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_srvs.srv import Trigger
 from websockets.sync.client import connect
 
+from collplan_core.impact import Impact
 from collplan_core.parameters import Planning, Robot, Simulation
 from collplan_core.plan import Candidates, Contacts, timed_path
-from collplan_core.sensing.impact_contact import ImpactContact
-from collplan_ros.messages.conversions import goal_to_message, header, impact_contact_to_message
-from collplan_ros.messages.planner_clouds import compared_to_message, plan_to_message, seen_to_message
+from collplan_ros.messages.conversions import goal_to_message, header
+from collplan_ros.messages.planner_clouds import compared_to_message, impact_to_cloud, plan_to_message, seen_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.node_kit.diagnostics import OK, Health, status_message
@@ -130,8 +130,8 @@ def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
 
 
 def test_impacts_costs_periods_what_the_controller_does_and_what_holds_the_robot(ros, bench):
-    contact = ImpactContact(5.0, np.array([0.1, 0.2]), np.array([0.0, 1.0]))
-    ros.publisher(PoseStamped, "impact/contact", EVENT).publish(impact_contact_to_message(contact, "map"))
+    contact = Impact(5.0, np.array([0.1, 0.2]), np.array([0.0, 1.0]), np.zeros(2), np.zeros(2))
+    ros.publisher(PointCloud2, "impact/contact", EVENT).publish(impact_to_cloud(contact, "map"))
     bench.latched(DiagnosticStatus, "controller/state", state_message("/controller_node", reason="<b>so</b>"))
     bench.latched(DiagnosticStatus, "robot/state", state_message("/driver_node", state="held", reason="just started"))
     costs = status_message("/planner_node", Health(OK, "", {"planning_time_ms": 12.5, "total": 3.0}))
@@ -248,7 +248,7 @@ def test_messages_that_nobody_expects_end_nothing(ros, bench):
     ros.publisher(PointCloud2, "planner/compared", LATCHED).publish(PointCloud2(header=header(1.0, "map"), width=7))
     ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(DiagnosticArray(status=[DiagnosticStatus()]))
     ros.publisher(PointCloud2, "planner/trajectory", EVENT).publish(PointCloud2())
-    ros.publisher(PoseStamped, "impact/contact", EVENT).publish(PoseStamped())
+    ros.publisher(PointCloud2, "impact/contact", EVENT).publish(PointCloud2())
     ros.publisher(PoseStamped, "goal_pose", EVENT).publish(PoseStamped())
     ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED).publish(
         DiagnosticArray(status=[DiagnosticStatus(name="/\udcff".encode(errors="replace").decode()), DiagnosticStatus()])

@@ -1,5 +1,6 @@
 """Run folders of a simulated robot that drives into the walls of a small room, as bringup writes them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from collplan_ros.bringup.options import ROBOTS
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_log import ImpactRecord, PoseRow, RunLog, SentCommand
+from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand
 from made_runs import write_recording
 
 ROOM = "bounds: [0, 0, 3.0, 0.9]\nwalled: true\nstart: [0.4, 0.4]\n"
@@ -46,7 +47,5 @@ def _driven(settings: Settings, duration: float, seed: int, speeds: tuple[float,
         )
         if row.is_new:
             log.sent_commands.append(SentCommand(sent, *row.command.tolist(), row.turn))
-        for hit in row.impacts:
-            vectors = hit.point, hit.normal, hit.velocity_before, hit.velocity_after
-            log.true_impacts.append(ImpactRecord(EPOCH + hit.time, *np.concatenate(vectors).tolist()))
+        log.impacts += [replace(hit, time=EPOCH + hit.time) for hit in row.impacts]
     return log

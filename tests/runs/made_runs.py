@@ -11,19 +11,18 @@ from nav_msgs.msg import Path as PathMessage
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
 
+from collplan_core.impact import POSES, SIMULATED, Impact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, timed_path
 from collplan_core.worlds import World
 from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
-from collplan_ros.messages.planner_clouds import plan_to_message, true_impact_to_message
+from collplan_ros.messages.planner_clouds import impact_to_cloud, plan_to_message
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
 from collplan_ros.run.description import GOAL as GOAL_GIVEN
 from collplan_ros.run.run_log import (
-    DetectedImpactRecord,
-    ImpactRecord,
     PoseRow,
     RunLog,
     SentCommand,
@@ -45,7 +44,8 @@ RADIUS = Settings().robot.radius
 WINDOW = Settings().mocap.velocity_window
 HIT_AT = 1.0
 SPEED = 0.5
-HIT = ImpactRecord(EPOCH + HIT_AT - 0.003, WALL, 0.1, -1.0, 0.0, SPEED, 0.0, -0.5 * SPEED, 0.0)
+BACK = np.array([-1.0, 0.0])
+HIT = Impact(EPOCH + HIT_AT - 0.003, np.array([WALL, 0.1]), BACK, -SPEED * BACK, 0.5 * SPEED * BACK)
 """The impact of the run that is made here."""
 
 
@@ -75,14 +75,13 @@ def bouncing_run() -> RunLog:
             )
             log.plans[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
-    log.true_impacts.append(HIT)
+    log.impacts.append(HIT)
     return log
 
 
 def detected_only(log: RunLog) -> RunLog:
     """The run as a real robot leaves it, with its hit at HIT_AT detected in the poses."""
-    hit = DetectedImpactRecord(EPOCH + HIT_AT - 0.003, WALL, 0.1, -1.0, 0.0)
-    return replace(log, truth=[], true_impacts=[], detected_impacts=[hit])
+    return replace(log, truth=[], impacts=[replace(HIT, source=POSES)])
 
 
 def write_recording(
@@ -124,8 +123,9 @@ def _said(log: RunLog) -> Iterator[Said]:
         yield row.sent, "cmd_vel", Twist(linear=Vector3(x=row.vx, y=row.vy, z=0.0), angular=turn)
     for row in log.sent_maneuvers:
         yield row.sent, "maneuver", String(data=row.name)
-    for hit in log.true_impacts:
-        yield hit.stamp - AHEAD, "ground_truth/impact/contact", true_impact_to_message(hit[1:], hit.stamp, frames.map)
+    for hit in log.impacts:
+        topic = "ground_truth/impact/contact" if hit.source == SIMULATED else "impact/contact"
+        yield hit.time - AHEAD, topic, impact_to_cloud(hit, frames.map)
     for stamp, contacts in log.plans.items():
         x = next(row.x for row in log.poses if row.stamp >= stamp)
         path = np.array([[x, 0.1], [x + 0.5, 0.1]])

@@ -1,49 +1,42 @@
 """Impacts of a run: placed on the world, with velocities, foreseen and deliberate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.impact import POSES, SIMULATED
 from collplan_core.plan import Contacts
-from collplan_ros.run.impacts import impacts_of, nearest_surface
+from collplan_ros.fit.recorded_impacts import nearest_surface
+from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.run_log import RunLog
 from made_runs import EPOCH, HIT, HIT_AT, SPEED, WALL, WINDOW, bouncing_run, detected_only, room
 
 
-def test_an_impact_is_where_the_simulation_had_it():
-    impacts = impacts_of(bouncing_run(), WINDOW)
-    assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
-    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
-    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
-    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
-    assert impacts.verdicts.foreseen.tolist() == impacts.verdicts.deliberate.tolist() == [True]
+def test_an_impact_is_the_simulated_one_or_without_the_truth_the_measured_one():
+    for log, source in ((bouncing_run(), SIMULATED), (detected_only(bouncing_run()), POSES)):
+        impacts = impacts_of(log, WINDOW)
+        (impact,) = impacts.all
+        assert impact.source == source
+        assert impact.point == pytest.approx([WALL, 0.1], abs=1e-9)
+        assert (impact.time, impacts.speeds.tolist()) == (EPOCH + HIT_AT - 0.003, [SPEED])
+        assert impacts.verdicts.foreseen.tolist() == impacts.verdicts.deliberate.tolist() == [True]
+    both = replace(bouncing_run(), impacts=[HIT, replace(HIT, source=POSES)])
+    assert [impact.source for impact in impacts_of(both, WINDOW).all] == [SIMULATED]
+    assert impacts_of(RunLog(impacts=log.impacts), WINDOW).all == []
 
 
 def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     log = bouncing_run()
-    log.true_impacts = [HIT._replace(before_vx=0.15, after_vx=-0.1)]
+    log.impacts = [replace(HIT, velocity_before=np.array([0.15, 0.0]))]
     assert impacts_of(log, WINDOW).verdicts.deliberate.tolist() == [False]
     log = bouncing_run()
     log.plans = dict.fromkeys(log.plans, Contacts.none())
     impacts = impacts_of(log, WINDOW)
     assert impacts.verdicts.deliberate.tolist() == [False]
-    assert np.isnan(impacts.direction_errors).all()
-
-
-def test_a_detected_impact_has_the_velocities_of_the_poses_around_and_its_own_place():
-    log = detected_only(bouncing_run())
-    # the velocities that the poses show are fitted over the last moments: they lag
-    lagging = [max(-0.5 * SPEED, SPEED - 0.25 * (k - 99)) if k > 99 else SPEED for k in range(len(log.poses))]
-    log.poses = [row._replace(vx=vx) for row, vx in zip(log.poses, lagging, strict=True)]
-    impacts = impacts_of(log, WINDOW)
-    assert impacts.times[0] == EPOCH + HIT_AT - 0.003
-    assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
-    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
-    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
-    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
-    assert impacts.verdicts.deliberate.tolist() == [True]
-    assert len(impacts_of(RunLog(detected_impacts=log.detected_impacts), WINDOW)) == 0
+    assert np.isnan(impacts.verdicts.rebounds).all()
 
 
 def test_plans_without_a_scan_of_their_stamp_and_many_a_second():

@@ -9,6 +9,7 @@ from collplan_ros.run.impacts import impacts_of
 
 SETTINGS = Settings().with_values({"planner.strategy": "bounce"})
 WINDOW = SETTINGS.mocap.velocity_window
+COMPARED = ("velocity_before", "velocity_after", "point")
 FARTHEST = 0.08
 """A detected impact that is no nearer to a true one is false [s]."""
 FAST = 0.3
@@ -27,15 +28,16 @@ def test_time_velocities_and_what_was_deliberate_are_right_without_the_truth(hit
         world = f"{families[seed % len(families)]}:{seed}"
         log = logged_trial(world, SETTINGS, seed)
         true, found = impacts_of(log, WINDOW), impacts_of(without_truth(log), WINDOW)
-        pairs = pairs_of(found.times, true.times, FARTHEST)
-        false += len(found) - len(pairs)
-        are_fast = -(true.before * true.normals).sum(axis=1) > FAST
+        pairs = pairs_of(*(np.array([hit.time for hit in each.all]) for each in (found, true)), FARTHEST)
+        false += len(found.all) - len(pairs)
+        are_fast = true.speeds > FAST
         fast += int(are_fast.sum())
         missed += int(are_fast.sum() - are_fast[[j for _, j in pairs]].sum())
         for i, j in pairs:
-            vectors = ((getattr(found, name)[i], getattr(true, name)[j]) for name in ("before", "after", "points"))
-            angle = np.degrees(np.arccos(np.clip(found.normals[i] @ true.normals[j], -1.0, 1.0)))
-            off.append([abs(found.times[i] - true.times[j]), *(np.hypot(*(a - b)) for a, b in vectors), angle])
+            one, other = found.all[i], true.all[j]
+            vectors = ((getattr(one, name), getattr(other, name)) for name in COMPARED)
+            angle = np.degrees(np.arccos(np.clip(one.normal @ other.normal, -1.0, 1.0)))
+            off.append([abs(one.time - other.time), *(np.hypot(*(a - b)) for a, b in vectors), angle])
             told.append((bool(found.verdicts.deliberate[i]), bool(true.verdicts.deliberate[j])))
         seed += 1
     assert false <= 0.01 * hits

@@ -17,10 +17,12 @@ from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from sensor_msgs.msg import PointCloud2
 from serial_robot import HALL, let_move, twist
 from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Settings
+from collplan_ros.messages.cloud_reading import impact_from_cloud
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
 from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.node_kit.clock import local_clock, seconds
@@ -327,7 +329,7 @@ def test_a_command_that_was_long_under_way_is_not_followed(simulated, monkeypatc
 def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(ros, tmp_path):
     """By the truth, in simulated time; also with stamped commands."""
     told, true = (ros.listen(Vector3Stamped, name, EVENT) for name in ("impact", "ground_truth/impact"))
-    contacts = ros.listen(PoseStamped, "impact/contact", EVENT)
+    contacts = ros.listen(PointCloud2, "impact/contact", EVENT)
     robot = Robot(ros, tmp_path, SIMULATED, **{"simulator.noise": 0.1, "controller.stamped_cmd_vel": True})
     ros.make(MocapNode, {"use_sim_time": True})
     robot.go(lambda: robot.truth[-1].pose.pose.orientation.z < -0.5, yaw_rate=-2.0)
@@ -338,7 +340,7 @@ def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(ros, tmp_p
     assert told[0].header.frame_id == contacts[0].header.frame_id == "map"
     assert told[0].vector.x > 0.8
     assert (told[0].vector.x, told[0].vector.y) == pytest.approx((true[0].vector.x, true[0].vector.y), abs=0.3)
-    assert contacts[0].pose.position.x == pytest.approx(-1.0, abs=0.03)
+    assert impact_from_cloud(contacts[0], "map").point[0] == pytest.approx(-1.0, abs=0.03)
     first, second, third = (seconds_from_stamp(message.header.stamp) for message in (true[0], contacts[0], told[0]))
     assert first == pytest.approx(second, abs=0.03)
     assert second < third

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.impact import Impact
 from collplan_core.plan import Contacts
 from collplan_core.scan import Scan
-from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import arena_names, load_world
 from collplan_ros.view import scene
@@ -139,7 +139,7 @@ def test_a_node_that_says_nothing_is_silent(age):
 
 
 def test_an_impact_has_its_kind_and_speed():
-    contact = ImpactContact(1.2345, np.array([0.1, 0.2]), np.array([0.6, 0.8]))
-    part = scene.impact(contact, "deliberate", 0.75)
+    normal = np.array([0.6, 0.8])
+    part = scene.impact(Impact(1.2345, np.array([0.1, 0.2]), normal, -0.75 * normal, 0.5 * normal), "deliberate")
     assert part.pop("t") == pytest.approx(1.2345, abs=0.0006)
     assert part == {"at": [100, 200], "normal": [600, 800], "kind": "deliberate", "speed": 750}

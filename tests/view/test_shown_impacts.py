@@ -3,18 +3,16 @@
 import numpy as np
 import pytest
 
+from collplan_core.impact import POSES, Impact
 from collplan_core.plan import Contacts, timed_path
-from collplan_core.sensing.impact_contact import ImpactContact
-from collplan_core.state import State
 from collplan_ros.view.impacts import MOST, ShownImpacts
 
 POINT, NORMAL = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
 
 
-def coming(speed: float, until: float = 1.0) -> list[State]:
-    """A robot on its way into a wall at this speed [m/s]."""
-    stamps = np.arange(until - 0.5, until, 0.01).tolist()
-    return [State(at, POINT - [speed * (until - at), 0.0], np.array([speed, 0.1]), 0.0) for at in stamps]
+def hit_at(time: float, speed: float) -> Impact:
+    """An impact at a speed into a wall [m/s]."""
+    return Impact(time, POINT, NORMAL, np.array([speed, 0.1]), np.array([-0.5 * speed, 0.1]), POSES)
 
 
 def contact_at(time: float) -> Contacts:
@@ -26,7 +24,7 @@ def hit_with(speed: float, *plans: tuple[float, Contacts]):
     impacts = ShownImpacts()
     for made, contacts in plans:
         impacts.planned(timed_path(made, made + np.array([0.0, 1.0]), *np.zeros((2, 2, 2)), contacts=contacts))
-    impacts.happened(ImpactContact(1.0, POINT, NORMAL), coming(speed))
+    impacts.happened(hit_at(1.0, speed))
     (impact,) = impacts.part
     return impact
 
@@ -38,7 +36,7 @@ def test_what_every_plan_in_force_foresaw_is_foreseen_and_where_fast_deliberate(
         assert impact["speed"] == pytest.approx(1000 * speed, abs=1)
 
 
-def test_what_was_not_foreseen_in_time_is_another_and_without_poses_it_has_no_speed():
+def test_what_was_not_foreseen_in_time_is_another_and_none_is_slower_than_not_at_all():
     for plans in (
         [],
         [(0.95, contact_at(1.0))],  # which only confirms what it sees
@@ -46,17 +44,15 @@ def test_what_was_not_foreseen_in_time_is_another_and_without_poses_it_has_no_sp
         [(0.7, contact_at(1.5))],
     ):
         assert hit_with(0.8, *plans)["kind"] == "other", plans
-    impacts = ShownImpacts()
-    impacts.happened(ImpactContact(1.0, POINT, NORMAL), [])
-    assert impacts.part[0]["speed"] == 0
+    assert hit_with(-0.1)["speed"] == 0
 
 
 def test_what_was_sent_stays_and_the_oldest_go():
     impacts = ShownImpacts()
-    impacts.happened(ImpactContact(1.0, POINT, NORMAL), [])
+    impacts.happened(hit_at(1.0, 0.5))
     sent = impacts.part
     for time in range(2, MOST + 5):
-        impacts.happened(ImpactContact(float(time), POINT, NORMAL), [])
+        impacts.happened(hit_at(float(time), 0.5))
     assert len(sent) == 1
     assert len(impacts.part) == MOST
     assert impacts.part[-1]["t"] == MOST + 4

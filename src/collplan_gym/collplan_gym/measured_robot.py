@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.control.follow import hold_heading, saturate
+from collplan_core.impact import Impact
 from collplan_core.parameters import ParameterError, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.state import State
 from collplan_core.worlds import World
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
 

@@ -1,18 +1,20 @@
 """Impacts that the ring has sensed, on `impact` and `impact/contact`: in the map frame and the poses' time."""
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.node import Node
+from sensor_msgs.msg import PointCloud2
 
 from collplan_core.ages import PosesClock
+from collplan_core.impact import RING, measured_impact
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
-from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
-from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message
+from collplan_ros.messages.conversions import impact_to_message
+from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import seconds
@@ -42,7 +44,7 @@ class SensedImpacts:
         self._counted: tuple[int, int] | None = None
         self._local = clock
         self._newest: State | None = None
-        self._contact = node.create_publisher(PoseStamped, "impact/contact", EVENT)
+        self._contact = node.create_publisher(PointCloud2, "impact/contact", EVENT)
         self._impact = node.create_publisher(Vector3Stamped, "impact", EVENT)
         inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
 
@@ -71,8 +73,8 @@ class SensedImpacts:
             return False
         change = np.array(rotate(*telemetry.impact, state.yaw))
         center = state.position + (stamp - state.stamp) * state.velocity
-        contact = impact_contact(stamp, center, change, self._radius)
-        self._contact.publish(impact_contact_to_message(contact, self._frames.map))
+        impact = measured_impact(stamp, center, state.velocity, change, self._radius, RING)
+        self._contact.publish(impact_to_cloud(impact, self._frames.map))
         self._impact.publish(impact_to_message(stamp, change, self._frames.map))
         return True
 

@@ -1,18 +1,17 @@
 """The record of a trial, and how it comes together."""
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from collplan_core.command import Command
-from collplan_core.evaluation.impact_matching import Prediction, foreseen_rebounds, judge_impacts
+from collplan_core.evaluation.impact_matching import Prediction, judge_impacts
 from collplan_core.evaluation.run_end import REACHED, path_length
+from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
-from omnipuck_sim.robot.impact import Impact
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +66,6 @@ class TrialResult:
         return f"TrialResult({self.world}, {self.strategy}, seed {self.seed}: {when}; {touches})"
 
 
-def speeds_into(impacts: Sequence[Impact]) -> np.ndarray:
-    """Speed into the wall (k,) of each impact [m/s]."""
-    return np.array([-(impact.velocity_before @ impact.normal) for impact in impacts])
-
-
 class TrialRecord:
     """Record of a trial so far.
 
@@ -111,11 +105,8 @@ class TrialRecord:
     def result(self, outcome: str, reason: str, arrived: float) -> TrialResult:
         """The record of the whole run, why it ended so, and the stamp of the pose with which it ended [s]."""
         trajectory = np.array(self._rows).reshape(-1, 5)
-        times = np.array([impact.time for impact in self.impacts])
-        points = np.array([impact.point for impact in self.impacts]).reshape(-1, 2)
-        after = np.array([impact.velocity_after for impact in self.impacts]).reshape(-1, 2)
         predictions = [Prediction(plan.stamp, plan.contacts) for plan in self._plans]
-        verdicts = judge_impacts(times, points, speeds_into(self.impacts), predictions)
+        verdicts = judge_impacts(self.impacts, predictions)
         elapsed = 0.0 if self._begun is None else arrived - self._begun
         return TrialResult(
             world=self._world,
@@ -128,7 +119,7 @@ class TrialRecord:
             impacts=tuple(self.impacts),
             foreseen=verdicts.foreseen,
             deliberate=verdicts.deliberate,
-            rebounds=foreseen_rebounds(times, points, after, predictions),
+            rebounds=verdicts.rebounds,
             plan_times=np.array(self._plan_times),
             candidates=np.array([len(plan.candidates.costs) for plan in self._plans], dtype=int),
             candidates_before_pruning=np.array([plan.n_before_pruning for plan in self._plans], dtype=int),

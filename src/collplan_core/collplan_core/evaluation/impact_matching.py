@@ -1,13 +1,13 @@
 """Matching of a run's impacts with the contacts that its plans foresaw."""
 
 import math
-from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from collplan_core.impact import Impact
 from collplan_core.plan import Contacts
 
 TIME_TOLERANCE = 0.15
@@ -18,6 +18,8 @@ NOTICE = 0.15
 """A plan made less than this before an impact only confirms what an earlier one foresaw [s]."""
 AT_ONCE = 0.01
 """A plan made less than this before an impact begins at the wall and may already leave from it [s]."""
+KEPT = 1.5
+"""Time for which plans are kept to judge impacts as they happen [s]: these are found 0.02 to 0.08 s later."""
 DELIBERATE_SPEED = 0.2
 """A foreseen impact faster than this into the wall is deliberate [m/s]."""
 UNMATCHED = -1
@@ -40,70 +42,44 @@ class Verdicts(NamedTuple):
             TIME_TOLERANCE and DISTANCE_TOLERANCE, and every plan made since, up to AT_ONCE before it, has one too.
             Within a plan one contact stands for one impact.
         deliberate: (k,) whether each was foreseen, and faster into the wall than a graze: DELIBERATE_SPEED.
+        rebounds: (k, 3) angle in [0, pi] between the velocity after each and the one that the last plan before it
+            foresaw [rad], the speed foreseen and the one after it [m/s]; NaN where that plan foresaw no such impact.
     """
 
     foreseen: np.ndarray
     deliberate: np.ndarray
+    rebounds: np.ndarray
 
     def kind(self, k: int) -> str:
         """One of KINDS: that of an impact."""
         return DELIBERATE if self.deliberate[k] else FORESEEN if self.foreseen[k] else OTHER
 
 
-def judge_impacts(
-    times: np.ndarray, points: np.ndarray, speeds_into: np.ndarray, predictions: Sequence[Prediction]
-) -> Verdicts:
-    """Marks which impacts were foreseen, and which were deliberate.
+def judge_impacts(impacts: Sequence[Impact], predictions: Sequence[Prediction]) -> Verdicts:
+    """Judges which impacts were foreseen, which were deliberate, and how well their rebounds were foreseen.
 
     Args:
-        times: (k,) when they were [s].
-        points: (k, 2) where on the obstacles [m].
-        speeds_into: (k,) speed into the wall before each [m/s].
-        predictions: one of every plan of the run, also of those that foresee nothing, in order of `made`.
+        impacts: k impacts.
+        predictions: one of every plan of the run, also of those that foresee nothing, in order of `made`. Those made
+            more than KEPT before an impact make no difference to it.
     """
     made = np.array([p.made for p in predictions])
-    matched = np.array([match_contacts(times, points, p.contacts) != UNMATCHED for p in predictions], dtype=bool)
-    matched = matched.reshape(len(predictions), len(times))
-    foreseen = np.array([_announced(t, made, matched[:, i]) for i, t in enumerate(times)], dtype=bool)
-    return Verdicts(foreseen, foreseen & (speeds_into > DELIBERATE_SPEED))
+    matches = np.array([match_contacts(impacts, p.contacts) for p in predictions], dtype=int)
+    matches = matches.reshape(len(predictions), len(impacts))
+    foreseen, rebounds = np.zeros(len(impacts), dtype=bool), np.full((len(impacts), 3), np.nan)
+    for i, impact in enumerate(impacts):
+        foreseen[i] = _announced(impact.time, made, matches[:, i] != UNMATCHED)
+        last = int(np.searchsorted(made, impact.time)) - 1
+        if last >= 0 and matches[last, i] != UNMATCHED:
+            rebounds[i] = _beside(predictions[last].contacts.velocities_after[matches[last, i]], impact.velocity_after)
+    speeds = np.array([impact.speed_into for impact in impacts])
+    return Verdicts(foreseen, foreseen & (speeds > DELIBERATE_SPEED), rebounds)
 
 
-def last_before(stamp: float, track: Sequence[Any]) -> Any:
-    """The last pose before a stamp [s] of a track in order, or the first: an impact is over in the pose of its stamp.
-
-    Its velocity is the one before an impact: none that is fitted later is free of it.
-    """
-    return track[max(bisect_left(track, stamp, key=lambda pose: pose.stamp) - 1, 0)]
-
-
-def foreseen_rebounds(
-    times: np.ndarray, points: np.ndarray, velocities_after: np.ndarray, predictions: Sequence[Prediction]
-) -> np.ndarray:
-    """The rebound that the last plan before each impact foresaw, beside the true one.
-
-    Args:
-        times: (k,) [s], points: (k, 2) [m], velocities_after: (k, 2) [m/s] of the impacts.
-
-    Returns:
-        (k, 3): angle between the two velocities in [0, pi] [rad], speed foreseen, true speed [m/s]; NaN where that plan
-        foresaw no such impact.
-    """
-    result = np.full((len(times), 3), np.nan)
-    made = np.array([p.made for p in predictions])
-    for i, time in enumerate(times):
-        k = int(np.searchsorted(made, time)) - 1
-        foreseen = None if k < 0 else _foreseen_rebound(time, points[i], predictions[k].contacts)
-        if foreseen is not None:
-            came = velocities_after[i]
-            turn = math.atan2(foreseen[0] * came[1] - foreseen[1] * came[0], float(foreseen @ came))
-            result[i] = abs(turn), np.hypot(*foreseen), np.hypot(*came)
-    return result
-
-
-def _foreseen_rebound(time: float, point: np.ndarray, contacts: Contacts) -> np.ndarray | None:
-    """Velocity (2,) [m/s] after an impact at a time [s] and point (2,) [m], by one plan; None where it foresaw none."""
-    match = match_contacts(np.array([time]), point[None], contacts)[0]
-    return None if match == UNMATCHED else contacts.velocities_after[match]
+def _beside(foreseen: np.ndarray, came: np.ndarray) -> tuple[float, float, float]:
+    """Angle between two velocities (2,) in [0, pi] [rad], and their speeds [m/s]."""
+    turn = math.atan2(foreseen[0] * came[1] - foreseen[1] * came[0], float(foreseen @ came))
+    return abs(turn), math.hypot(*foreseen), math.hypot(*came)
 
 
 def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:
@@ -115,10 +91,12 @@ def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:
     return False
 
 
-def match_contacts(times: np.ndarray, points: np.ndarray, contacts: Contacts) -> np.ndarray:
+def match_contacts(impacts: Sequence[Impact], contacts: Contacts) -> np.ndarray:
     """(k,) index of the contact that stands for each impact, UNMATCHED without one; the nearest pairs first."""
-    if len(times) == 0 or len(contacts.times) == 0:
-        return np.full(len(times), UNMATCHED)
+    if len(impacts) == 0 or len(contacts.times) == 0:
+        return np.full(len(impacts), UNMATCHED)
+    times = np.array([impact.time for impact in impacts])
+    points = np.array([impact.point for impact in impacts])
     late = np.abs(times[:, None] - contacts.times[None, :]) / TIME_TOLERANCE
     far = np.linalg.norm(points[:, None] - contacts.points[None, :], axis=2) / DISTANCE_TOLERANCE
     return _nearest_pairs(np.where((late <= 1.0) & (far <= 1.0), np.hypot(late, far), np.inf))

@@ -162,7 +162,7 @@ class TimeToGoal(Parameters):
     inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
     margin_cost: float = parameter(2500.0, "Cost of a place within the margin, by time and by the square of how far within", unit="1/m^2", low=0.0, high=1e6)
     tolerant_distance: float = parameter(0.02, "bounce, tolerate: margin to boundaries that are not touched", unit="m", low=0.0, high=0.1)
-    averse_distance: float = parameter(0.015, "avoid, stop_guarantee: margin to boundaries", unit="m", low=0.0, high=0.1)
+    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: margin to boundaries", unit="m", low=0.0, high=0.1)
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,11 @@ time reported by 2 ms in the median and 7 ms in nine of ten, at 2 mm.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from collplan_core.impact import POSES, Impact, measured_impact
 from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Robot
 
@@ -56,21 +56,6 @@ FINE = 8
 """Times tried between two poses once an impact is certain."""
 
 _UNKNOWNS = 5
-
-
-@dataclass(frozen=True, eq=False)
-class DetectedImpact:
-    """An impact found in measured poses, world frame.
-
-    Attributes:
-        time: time of the impact [s].
-        center: (2,) centre of the robot then [m].
-        change: (2,) change of the velocity [m/s].
-    """
-
-    time: float
-    center: np.ndarray
-    change: np.ndarray
 
 
 class ImpactLaw(NamedTuple):
@@ -114,6 +99,7 @@ class FittedImpact(NamedTuple):
         first_after: index of the first pose after the impact, at least FEWEST_BEFORE.
         time: time of the impact [s].
         x, y: centre of the robot then [m].
+        before_x, before_y: velocity before it [m/s].
         change_x, change_y: change of the velocity [m/s].
     """
 
@@ -122,18 +108,21 @@ class FittedImpact(NamedTuple):
     time: float
     x: float
     y: float
+    before_x: float
+    before_y: float
     change_x: float
     change_y: float
 
 
-NO_IMPACT = FittedImpact(0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_IMPACT = FittedImpact(0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def detected_impact(fit: FittedImpact) -> DetectedImpact | None:
-    """The impact that was fitted; None if there is none."""
+def detected_impact(fit: FittedImpact, radius: float) -> Impact | None:
+    """The impact that was fitted, of a robot with a radius [m]; None if there is none."""
     if fit.score == 0.0:
         return None
-    return DetectedImpact(fit.time, np.array([fit.x, fit.y]), np.array([fit.change_x, fit.change_y]))
+    center, before = np.array([fit.x, fit.y]), np.array([fit.before_x, fit.before_y])
+    return measured_impact(fit.time, center, before, np.array([fit.change_x, fit.change_y]), radius, POSES)
 
 
 class _Search(NamedTuple):
@@ -168,7 +157,7 @@ def _is_made_by_a_wall(times: np.ndarray, points: np.ndarray, fit: FittedImpact,
     solved = _fitted(times, points, fit.time, law, True)
     change = math.hypot(fit.change_x, fit.change_y)
     x, y = fit.change_x / change, fit.change_y / change
-    before_x, before_y = solved[1, 5], solved[1, 6]
+    before_x, before_y = fit.before_x, fit.before_y
     after_x, after_y = before_x + fit.change_x, before_y + fit.change_y
     doubt = UNCERTAIN * change
     if before_x * x + before_y * y > doubt or after_x * x + after_y * y < -doubt:
@@ -223,7 +212,9 @@ def _likeliest_impact(times: np.ndarray, points: np.ndarray, search: _Search, la
             change_x, change_y = solved[2, 5], solved[2, 6]
             score = math.sqrt((change_x**2 + change_y**2) / solved[2, 7]) / law.position_deviation
             if score > best.score:
-                best = FittedImpact(score, after, time, solved[0, 5], solved[0, 6], change_x, change_y)
+                before_x, before_y = solved[1, 5], solved[1, 6]
+                x, y = solved[0, 5], solved[0, 6]
+                best = FittedImpact(score, after, time, x, y, before_x, before_y, change_x, change_y)
     return best
 
 

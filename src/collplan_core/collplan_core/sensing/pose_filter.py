@@ -24,10 +24,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from collplan_core.impact import Impact
 from collplan_core.parameters import Limits, Mocap, Settings
 from collplan_core.sensing.impact_detection import (
     IMPACT_REACH,
-    DetectedImpact,
     FittedImpact,
     detected_impact,
     top_speed,
@@ -136,7 +136,7 @@ class FilterMemory:
     track: Track = NO_TRACK
     suspects: Track = NO_TRACK
     suspected: str = ""
-    impact: DetectedImpact | None = None
+    impact: Impact | None = None
     floor: float | None = None
     heard: float = math.inf
     mistrusted: float = -math.inf
@@ -162,7 +162,7 @@ class FilterResult:
     """
 
     state: State | None
-    impact: DetectedImpact | None = None
+    impact: Impact | None = None
     refused: str = ""
     relocated: bool = False
     kidnapped: bool = False
@@ -234,7 +234,7 @@ def _accepted(
     times, poses, fit, slope = with_pose_judged(
         track.times, track.poses, track.begun, sample.stamp, x, y, sample.yaw, (*law[:-1], tuple(law.impacts))
     )
-    impact, motion = detected_impact(FittedImpact(*fit)), FittedMotion(*slope)
+    impact, motion = detected_impact(FittedImpact(*fit), settings.robot.radius), FittedMotion(*slope)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
     track = Track(times, poses, track.begun, received, sample)
     taken = FilterMemory(
@@ -257,7 +257,7 @@ def _is_finite(sample: PoseSample) -> bool:
     return all(map(math.isfinite, values))
 
 
-def _is_same_hit(impact: DetectedImpact | None, last: DetectedImpact | None, mocap: Mocap) -> bool:
+def _is_same_hit(impact: Impact | None, last: Impact | None, mocap: Mocap) -> bool:
     """Returns whether an impact is the rest of the last one, which was detected before it was over."""
     if impact is None or last is None or impact.time - last.time > IMPACT_REACH * mocap.impact_window:
         return False

@@ -115,8 +115,9 @@ def with_pose_judged(
         times[first], poses[first, 0], poses[first, 1] = impact.time, impact.x, impact.y
         times, poses = times[first:], poses[first:]
     motion = _motion(times, poses, begun, law)
-    found = impact.score, impact.first_after, impact.time, impact.x, impact.y, impact.change_x, impact.change_y
-    return times, poses, found, (motion.vx, motion.vy, motion.yaw_rate, motion.delay, motion.spread)
+    found = impact.score, impact.first_after, impact.time, impact.x, impact.y
+    change = impact.before_x, impact.before_y, impact.change_x, impact.change_y
+    return times, poses, (*found, *change), (motion.vx, motion.vy, motion.yaw_rate, motion.delay, motion.spread)
 
 
 @njit

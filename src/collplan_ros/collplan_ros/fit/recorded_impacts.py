@@ -10,10 +10,10 @@ from collplan_core.calibration.drive_fit import DriveFit
 from collplan_core.calibration.impact_fit import FAR, NEAR, ImpactFit, UnusableImpact, fit_impact
 from collplan_core.calibration.impact_search import find_impacts
 from collplan_core.calibration.wall_impacts import WallImpacts, seen_from_walls, sorted_out
-from collplan_core.worlds import surface_distances
+from collplan_core.plane import nearest_on_segment
+from collplan_core.worlds import World, surface_distances, world_segments
 from collplan_ros.fit.recorded_drive import CLEAR
 from collplan_ros.fit.recorded_path import FittedRun
-from collplan_ros.run.impacts import nearest_surface
 
 FARTHEST_WALL = 0.02
 """Largest distance between the robot's rim and the nearest surface at an impact [m]: noise, and errors of the world."""
@@ -89,3 +89,22 @@ def _spin_before(run: FittedRun, time: float) -> float:
     times = run.path.times - time
     before = (times >= -SPIN_SPAN - 0.5 * NEAR) & (times <= -0.5 * NEAR)
     return float(np.polyfit(times[before], run.yaws[before], 1)[0]) if before.sum() > 1 else 0.0
+
+
+def nearest_surface(world: World, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The point (2,) of the world's surfaces nearest to a free position (2,) [m], and the unit normal (2,) there.
+
+    Both are NaN in a world without surfaces.
+    """
+    on_segments = [nearest_on_segment(*segment, *position) for segment in world_segments(world)]
+    points = np.array(on_segments).reshape(-1, 2)
+    if len(world.circles):
+        outward = position - world.circles[:, :2]
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+        points = np.vstack([points, world.circles[:, :2] + outward * world.circles[:, 2:]])
+    if len(points) == 0:
+        return np.full(2, np.nan), np.full(2, np.nan)
+    away = position - points
+    distances = np.linalg.norm(away, axis=1)
+    nearest = int(distances.argmin())
+    return points[nearest], away[nearest] / distances[nearest]

@@ -1,4 +1,4 @@
-"""Reads the project's point clouds by their attributes alone: plans, what the planner sees and compares, true impacts.
+"""Reads the project's point clouds by their attributes alone: plans, what the planner sees and compares, impacts.
 
 A message decoded from a recording will do as well as one of rclpy's, and no ROS is needed.
 """
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.impact import SOURCES, Impact
 from collplan_core.plan import Contacts, Plan, plan_of_path
 from collplan_core.validation import rising
 from collplan_ros.messages.reading import MessageError, check_finite, check_frame, seconds_from_stamp
@@ -25,7 +26,9 @@ PLACES = ("x", "y", "vx", "vy", "line")
 """Fields of planner/compared before the cost terms: position, velocity, and which line of points it belongs to."""
 TOTAL = "total"
 IMPACT = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
-"""Fields of ground_truth/impact/contact: point, unit normal out of the obstacle, velocity before and after."""
+"""Fields of impact/contact before `source`: point, unit normal out of the obstacle, velocity before and after."""
+SOURCE = "source"
+"""Field of impact/contact: number of its source in SOURCES."""
 PLAN = ("t", "x", "y", "vx", "vy", "normal_x", "normal_y", "kind")
 """Fields of planner/trajectory: time after the plan's stamp [s], and by `kind` of the point one of the next."""
 ON_PATH, AT_CONTACT, HOLDS = 0, 1, 2
@@ -111,19 +114,23 @@ def _pairs(table: np.ndarray, x: str, y: str) -> np.ndarray:
     return np.column_stack([table[x], table[y]])
 
 
-def true_impact_from_message(message: Any, frame: str) -> list[float]:
-    """Values of IMPACT [m], [m/s] in a message.
+def impact_from_cloud(message: Any, frame: str) -> Impact:
+    """The impact in a message, in `frame`.
 
     Raises:
-        MessageError: another frame, other fields, other than one point, or not finite.
+        MessageError: another frame, other fields, other than one point, not finite, or of an unknown source.
     """
     table = _table(message, frame)
-    _check_fields(table, IMPACT)
+    _check_fields(table, (*IMPACT, SOURCE))
     if len(table) != 1:
         raise MessageError(f"width: got {len(table)} points, expected 1")
     values = [float(table[name][0]) for name in IMPACT]
     check_finite("data", *values)
-    return values
+    source = int(table[SOURCE][0])
+    if source >= len(SOURCES):
+        raise MessageError(f"source: got {source}, expected one of 0 to {len(SOURCES) - 1}")
+    point, normal, before, after = np.array(values).reshape(4, 2)
+    return Impact(seconds_from_stamp(message.header.stamp), point, normal, before, after, SOURCES[source])
 
 
 def _table(message: Any, frame: str) -> np.ndarray:

@@ -20,7 +20,6 @@ from collplan_core.command import Command
 from collplan_core.parameters import Control, Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
-from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import EXACT, Deviations
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
@@ -99,12 +98,6 @@ def _covariance(along: float, about: float) -> np.ndarray:
 def impact_to_message(stamp: float, change: np.ndarray, frame: str) -> Vector3Stamped:
     """Message of an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s, `frame`]."""
     return Vector3Stamped(header=header(stamp, frame), vector=vector3(change))
-
-
-def impact_contact_to_message(contact: ImpactContact, frame: str) -> PoseStamped:
-    """Message of the place of an impact in `frame`: its time, the contact point, and the x axis along the normal."""
-    x, y = contact.normal.tolist()
-    return pose_to_message(PoseSample(contact.time, contact.point, math.atan2(y, x)), frame)
 
 
 def vector3(xy: np.ndarray) -> Vector3:

@@ -1,15 +1,16 @@
-"""Point clouds: a plan, what the planner sees and compares, and a true impact; markers take as long as a plan.
+"""Point clouds: a plan, what the planner sees and compares, and an impact; markers take as long as a plan.
 
 planner/seen holds lines of several layers; planner/compared the candidates of the choice, with each cost term in a
 field of its own, so that a viewer of point clouds can colour by it.
 """
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 
+from collplan_core.impact import SOURCES, Impact
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Plan
@@ -27,6 +28,7 @@ from collplan_ros.messages.cloud_reading import (
     PLAN,
     PREDICTED,
     REMEMBERED,
+    SOURCE,
     TOTAL,
 )
 from collplan_ros.messages.conversions import header
@@ -166,9 +168,11 @@ def _offsets(layout: np.dtype) -> list[int]:
     return [] if fields is None else [fields[name][1] for name in layout.names or ()]
 
 
-# ---- ground_truth/impact/contact
+# ---- impact/contact
 
 
-def true_impact_to_message(values: Sequence[float], stamp: float, frame: str) -> PointCloud2:
-    """Message of an impact at `stamp` [s], with the values of IMPACT [m], [m/s, `frame`]."""
-    return _cloud(np.array([tuple(values)], [(name, "<f8") for name in IMPACT]), stamp, frame)
+def impact_to_cloud(impact: Impact, frame: str) -> PointCloud2:
+    """Message of an impact in `frame`."""
+    values = *impact.point, *impact.normal, *impact.velocity_before, *impact.velocity_after
+    layout = [*((name, "<f8") for name in IMPACT), (SOURCE, "|u1")]
+    return _cloud(np.array([(*values, SOURCES.index(impact.source))], layout), impact.time, frame)

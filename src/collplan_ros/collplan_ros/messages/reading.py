@@ -11,7 +11,6 @@ import numpy as np
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED
 from collplan_core.parameters import ScanInput
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.scan_filters import is_masked
 
 NANOSECONDS = 1_000_000_000
@@ -165,20 +164,6 @@ def impact_from_message(message: Any, frame: str) -> tuple[float, np.ndarray]:
     x, y = float(message.vector.x), float(message.vector.y)
     check_finite("vector", x, y)
     return seconds_from_stamp(message.header.stamp), np.array([x, y])
-
-
-def impact_contact_from_message(message: Any, frame: str) -> ImpactContact:
-    """The place of an impact in a message, in `frame`.
-
-    Raises:
-        MessageError: another frame, not finite, or not a unit quaternion.
-    """
-    check_frame("header.frame_id", message.header.frame_id, frame)
-    x, y = float(message.pose.position.x), float(message.pose.position.y)
-    check_finite("pose.position", x, y)
-    yaw = yaw_from_quaternion(message.pose.orientation)
-    normal = np.array([math.cos(yaw), math.sin(yaw)])
-    return ImpactContact(seconds_from_stamp(message.header.stamp), np.array([x, y]), normal)
 
 
 def velocity_from_twist(twist: Any) -> tuple[np.ndarray, float]:

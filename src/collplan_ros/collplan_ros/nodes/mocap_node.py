@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped, TransformStamped, Vector3, Vector3Stamped
+from geometry_msgs.msg import TransformStamped, Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
+from collplan_core.impact import Impact
 from collplan_core.parameters import Frames, Limits, Mocap, Robot
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.impact_contact import impact_contact
-from collplan_core.sensing.impact_detection import DetectedImpact
 from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
 from collplan_core.sensing.pose_filter import (
     FRESH,
@@ -28,8 +28,9 @@ from collplan_core.sensing.pose_filter import (
 )
 from collplan_core.sensing.refused_pose import CLOCK, described_pose, why_clock_is_wrong, why_refused
 from collplan_core.state import State
-from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
+from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
+from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED, TRANSFORMS
 from collplan_ros.node_kit.clock import described_age, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
@@ -84,7 +85,7 @@ class MocapNode(GraphNode):
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
         self._refusal = self.create_publisher(String, "mocap/refused", EVENT)
-        self._contact = self.create_publisher(PoseStamped, "impact/contact", EVENT)
+        self._contact = self.create_publisher(PointCloud2, "impact/contact", EVENT)
         self._impact = self.create_publisher(Vector3Stamped, "impact", EVENT)
         mocap = self._settings.mocap
         self._read = FORMATS[mocap.format].read
@@ -160,12 +161,11 @@ class MocapNode(GraphNode):
         if result.state is not None:
             self._publish_state(result.state, result)
 
-    def _publish_impact(self, stamp: float, impact: DetectedImpact) -> None:
+    def _publish_impact(self, stamp: float, impact: Impact) -> None:
         """`impact` gets the stamp of the pose that shows the velocity after it, `impact/contact` its own time."""
         self._counts["impacts"] += 1
-        frame, radius = self._settings.frames.map, self._settings.robot.radius
-        contact = impact_contact(impact.time, impact.center, impact.change, radius)
-        self._contact.publish(impact_contact_to_message(contact, frame))
+        frame = self._settings.frames.map
+        self._contact.publish(impact_to_cloud(impact, frame))
         self._impact.publish(impact_to_message(stamp, impact.change, frame))
 
     def _publish_state(self, state: State, result: FilterResult) -> None:

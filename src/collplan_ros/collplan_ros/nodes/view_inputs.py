@@ -34,7 +34,7 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "planner/compared": (PointCloud2, qos.LATCHED),
     "planner/costs": (DiagnosticArray, NEWEST),
     "goal_status": (GoalStatus, qos.LATCHED),
-    "impact/contact": (PoseStamped, qos.EVENT),
+    "impact/contact": (PointCloud2, qos.EVENT),
     "controller/state": (DiagnosticStatus, qos.LATCHED),
     "robot/state": (DiagnosticStatus, qos.LATCHED),
     "/diagnostics": (DiagnosticArray, qos.DIAGNOSTICS_SUBSCRIBED),

@@ -10,20 +10,16 @@ from collplan_core.clock_steps import RunTimes
 from collplan_core.goal import NO_GOAL, SUCCEEDED
 from collplan_core.parameters import Settings
 from collplan_core.state import State
-from collplan_ros.messages.cloud_reading import plan_from_message, true_impact_from_message
+from collplan_ros.messages.cloud_reading import impact_from_cloud, plan_from_message
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import (
     GOAL_STATUS,
     MessageError,
     check_finite,
-    impact_contact_from_message,
-    seconds_from_stamp,
     twist_of,
     velocity_from_twist,
 )
 from collplan_ros.run.run_log import (
-    DetectedImpactRecord,
-    ImpactRecord,
     PoseRow,
     RunLog,
     SentCommand,
@@ -71,8 +67,8 @@ class LogBuilder:
         self._takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
             "ground_truth/odom": self._take_truth,
-            "ground_truth/impact/contact": self._take_true_impact,
-            "impact/contact": self._take_detected_impact,
+            "ground_truth/impact/contact": self._take_impact,
+            "impact/contact": self._take_impact,
             "planner/trajectory": self._take_trajectory,
             "planner/costs": self._take_costs,
             "goal_status": self._take_goal_status,
@@ -109,7 +105,7 @@ class LogBuilder:
     @property
     def n_impacts(self) -> int:
         """Number of the true impacts of a simulated robot, else of the detected ones."""
-        return len(self._log.true_impacts if self._log.truth else self._log.detected_impacts)
+        return len(self._log.own_impacts)
 
     @property
     def last(self) -> End:
@@ -149,16 +145,10 @@ class LogBuilder:
         if (time := self._run_times.of(state.stamp)) <= self._end.stamp or not self.is_complete:
             self._log.truth.append(self._row(time, state, sent))
 
-    def _take_true_impact(self, message: Any, _: float) -> None:
-        values = true_impact_from_message(message, self._frames.map)
-        if (time := self._run_times.of(seconds_from_stamp(message.header.stamp))) <= self._end.stamp:
-            self._log.true_impacts.append(ImpactRecord(time, *values))
-
-    def _take_detected_impact(self, message: Any, _: float) -> None:
-        contact = impact_contact_from_message(message, self._frames.map)
-        if (time := self._run_times.of(contact.time)) <= self._end.stamp:
-            place = *contact.point.tolist(), *contact.normal.tolist()
-            self._log.detected_impacts.append(DetectedImpactRecord(time, *place))
+    def _take_impact(self, message: Any, _: float) -> None:
+        impact = impact_from_cloud(message, self._frames.map)
+        if (time := self._run_times.of(impact.time)) <= self._end.stamp:
+            self._log.impacts.append(replace(impact, time=time))
 
     def _take_trajectory(self, message: Any, sent: float) -> None:
         plan = plan_from_message(message, self._frames.map)

@@ -14,7 +14,7 @@ import numpy as np
 from collplan_core.evaluation.run_end import REACHED, Timing, machine_verdict, measured_path_length, path_length
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.worlds import World
-from collplan_ros.run.impacts import Impacts, impacts_of, write_impacts
+from collplan_ros.run.impacts import JudgedImpacts, impacts_of, write_impacts
 from collplan_ros.run.run_log import PoseRow, RunLog
 from collplan_ros.run.whole_file import replacing
 
@@ -65,7 +65,9 @@ CHOSEN = ("simulator.world", "simulator.seed")
 """Parameters of the simulator that are no assumptions about the robot."""
 
 
-def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, settings: Settings) -> dict[str, Any]:
+def summarize(
+    log: RunLog, impacts: JudgedImpacts, outcome: str, goal: np.ndarray, settings: Settings
+) -> dict[str, Any]:
     """The figures of a run, ready for JSON.
 
     They cover the time from the first non-zero command to the end of the log; a run that reached its goal ends with the
@@ -83,13 +85,13 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
         "arrival_time_s": log.arrival - begin if outcome == REACHED and begin is not None else None,
         "path_length_m": _length(log, begin),
         "path_length_source": "ground_truth" if log.truth else "mocap poses, low-passed at 5 Hz, resampled at 20 Hz",
-        "impacts": len(impacts),
+        "impacts": len(impacts.all),
         "impacts_foreseen": int(impacts.verdicts.foreseen.sum()),
         "impacts_deliberate": int(impacts.verdicts.deliberate.sum()),
         "impacts_above_impact_speed": int((impacts.speeds > limit).sum()),
         "hardest_impact_m_s": float(impacts.speeds.max(initial=0.0)),
         "plans_above_impact_speed": sum(costs.get("hardest_contact", 0.0) > limit for costs in log.costs),
-        "rebound_direction_error_deg": _median(np.degrees(impacts.direction_errors)),
+        "rebound_direction_error_deg": _median(np.degrees(impacts.verdicts.rebounds[:, 0])),
         "goal": [float(value) for value in goal],
         "strategy": settings.planner.strategy,
         "plan_time_ms": _percentiles([costs["planning_time_ms"] for costs in log.costs if "planning_time_ms" in costs]),
@@ -156,7 +158,7 @@ class Results:
         summary: content of summary.json.
     """
 
-    impacts: Impacts
+    impacts: JudgedImpacts
     summary: dict[str, Any]
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from collplan_core.command import HAND, STOPPED
+from collplan_core.impact import SIMULATED, Impact
 from collplan_core.plan import Contacts
 from collplan_core.state import State
 
@@ -84,30 +85,6 @@ class CommandRow(NamedTuple):
     maneuver: str
 
 
-class ImpactRecord(NamedTuple):
-    """A true impact: when, point on the obstacle [m], unit normal out of it, velocities [m/s], world frame."""
-
-    stamp: float
-    x: float
-    y: float
-    normal_x: float
-    normal_y: float
-    before_vx: float
-    before_vy: float
-    after_vx: float
-    after_vy: float
-
-
-class DetectedImpactRecord(NamedTuple):
-    """A detected impact: when it was, point on the obstacle [m] and unit normal out of it, world frame."""
-
-    stamp: float
-    x: float
-    y: float
-    normal_x: float
-    normal_y: float
-
-
 @dataclass
 class RunLog:
     """Everything recorded of a run, each list in order of receipt.
@@ -120,8 +97,7 @@ class RunLog:
         sent_maneuvers: maneuvers begun.
         sent_references: points tracked.
         plans: contacts foreseen by each plan, by its stamp [s].
-        true_impacts: true impacts, of a simulated robot only.
-        detected_impacts: impacts as published on the topic impact/contact, each with its own time.
+        impacts: impacts, also those that are measured beside the simulated ones, in order of receipt.
         costs: figures of each planning cycle.
         goals: goals given.
         statuses: the planner's reports on them.
@@ -136,8 +112,7 @@ class RunLog:
     sent_maneuvers: list[SentManeuver] = field(default_factory=list)
     sent_references: list[SentReference] = field(default_factory=list)
     plans: dict[float, Contacts] = field(default_factory=dict)
-    true_impacts: list[ImpactRecord] = field(default_factory=list)
-    detected_impacts: list[DetectedImpactRecord] = field(default_factory=list)
+    impacts: list[Impact] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
     goals: list[SentGoal] = field(default_factory=list)
     statuses: list[SentStatus] = field(default_factory=list)
@@ -190,6 +165,11 @@ class RunLog:
         pose = _newest(self.poses, sent) or self.poses[0]
         return pose.stamp + self.pace * (sent - pose.sent)
 
+    @property
+    def own_impacts(self) -> list[Impact]:
+        """The impacts of the run: of a simulated robot the simulated ones, else those that were measured."""
+        return [each for each in self.impacts if (each.source == SIMULATED) == bool(self.truth)]
+
     def maneuver_at(self, sent: float) -> str:
         """Name of the last maneuver sent by then; STOPPED before the first."""
         maneuver = _newest(self.sent_maneuvers, sent)
@@ -203,8 +183,8 @@ class RunLog:
         """Removes everything after a pose of this stamp [s] that was sent then [s]; figures of planning cycles stay."""
         for rows in (self.poses, self.sent_commands, self.sent_maneuvers, self.sent_references):
             del rows[bisect_right(rows, sent, key=lambda row: row.sent) :]
-        for stamped in (self.truth, self.true_impacts, self.detected_impacts):
-            del stamped[bisect_right(stamped, stamp, key=lambda record: record.stamp) :]
+        del self.truth[bisect_right(self.truth, stamp, key=lambda row: row.stamp) :]
+        self.impacts = [impact for impact in self.impacts if impact.time <= stamp]
         for made in [made for made in self.plans if made > stamp]:
             del self.plans[made]
 

@@ -28,7 +28,7 @@ RELIABLE: dict[str, type] = {
     "mocap/odom": Odometry,
     "mocap/refused": String,
     "impact": Vector3Stamped,
-    "impact/contact": PoseStamped,
+    "impact/contact": PointCloud2,
     "plan": Path,
     "planner/trajectory": PointCloud2,
     "planner/heartbeat": Empty,

@@ -14,12 +14,11 @@ from collplan_core.plan import Plan
 from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
-from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED, plan_from_message
+from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED, impact_from_cloud, plan_from_message
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import (
     GOAL_STATUS,
     goal_from_message,
-    impact_contact_from_message,
     scan_from_message,
 )
 from collplan_ros.messages.status_values import real_time_factor
@@ -240,7 +239,7 @@ class DrawnGraph:
     # ---- events and reports
 
     def _take_impact(self, message: Any, _: float) -> None:
-        self.impacts.happened(impact_contact_from_message(message, self._frames.map), self._states)
+        self.impacts.happened(impact_from_cloud(message, self._frames.map))
         self.put_impacts()
 
     def _take_hold(self, message: Any, _: float) -> None:

@@ -1,18 +1,12 @@
 """Impacts as they happen: whether a plan in force foresaw each, and whether it was deliberate."""
 
 from collections import deque
-from collections.abc import Sequence
 
-import numpy as np
-
-from collplan_core.evaluation.impact_matching import KINDS, Prediction, judge_impacts, last_before
+from collplan_core.evaluation.impact_matching import KEPT, KINDS, Prediction, judge_impacts
+from collplan_core.impact import Impact
 from collplan_core.plan import Plan
-from collplan_core.sensing.impact_contact import ImpactContact
-from collplan_core.state import State
 from collplan_ros.view import scene
 
-KEPT = 1.5
-"""Time for which plans are kept [s]; an impact is found 0.02 to 0.08 s after it."""
 MOST = 200
 """Impacts that are kept."""
 
@@ -36,13 +30,9 @@ class ShownImpacts:
         while self._predictions[0].made < plan.stamp - KEPT:
             self._predictions.popleft()
 
-    def happened(self, contact: ImpactContact, states: Sequence[State]) -> None:
-        """Takes an impact and the states around it, in order; without any its speed is given as 0."""
-        before = last_before(contact.time, states).velocity if states else np.zeros(2)
-        # into the wall
-        speed = max(0.0, -float(before @ contact.normal))
-        one = np.array([contact.time]), contact.point[None], np.array([speed])
-        self.add(scene.impact(contact, judge_impacts(*one, self._predictions).kind(0), speed))
+    def happened(self, impact: Impact) -> None:
+        """Takes an impact."""
+        self.add(scene.impact(impact, judge_impacts([impact], self._predictions).kind(0)))
 
     def add(self, impact: scene.Part) -> None:
         """Takes an impact as the page shows it."""

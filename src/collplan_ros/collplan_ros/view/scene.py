@@ -48,9 +48,9 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.impact import Impact
 from collplan_core.plan import Contacts
 from collplan_core.scan import Scan
-from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
 
@@ -168,14 +168,14 @@ def goal(at: np.ndarray | None, status: str) -> Part:
     return {"at": None if at is None else milli(at), "status": status}
 
 
-def impact(contact: ImpactContact, kind: str, speed: float) -> Part:
-    """One entry of the part `impacts`: `kind` of it, and its speed into the wall [m/s]."""
+def impact(happened: Impact, kind: str) -> Part:
+    """One entry of the part `impacts`, with its kind."""
     return {
-        "t": time_of(contact.time),
-        "at": milli(contact.point),
-        "normal": milli(contact.normal),
+        "t": time_of(happened.time),
+        "at": milli(happened.point),
+        "normal": milli(happened.normal),
         "kind": kind,
-        "speed": milli([speed])[0],
+        "speed": milli([max(0.0, happened.speed_into)])[0],
     }
 
 

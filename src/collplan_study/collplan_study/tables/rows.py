@@ -8,7 +8,7 @@ import numpy as np
 
 from collplan_core.command import MANEUVERS
 from collplan_core.parameters import all_specs
-from omnipuck_sim.trial_record import TrialResult, speeds_into
+from omnipuck_sim.trial_record import TrialResult
 
 LABELS: dict[str, type] = {
     "world": str,
@@ -132,11 +132,21 @@ def sampled_path(trajectory: np.ndarray) -> Path:
 
 def impact_rows(result: TrialResult) -> list[dict[str, Any]]:
     """The columns of each impact of a trial, in their order; None where there is nothing to compare."""
-    points = [impact.point.tolist() for impact in result.impacts]
-    flags = zip(speeds_into(result.impacts).tolist(), result.foreseen.tolist(), result.deliberate.tolist(), strict=True)
     return [
-        {"x": x, "y": y, "speed_into": speed, "foreseen": foreseen, "deliberate": deliberate, **_rebound(rebound)}
-        for (x, y), (speed, foreseen, deliberate), rebound in zip(points, flags, result.rebounds.tolist(), strict=True)
+        {
+            **dict(zip("xy", impact.point.tolist(), strict=True)),
+            "speed_into": impact.speed_into,
+            "foreseen": foreseen,
+            "deliberate": deliberate,
+            **_rebound(rebound),
+        }
+        for impact, foreseen, deliberate, rebound in zip(
+            result.impacts,
+            result.foreseen.tolist(),
+            result.deliberate.tolist(),
+            result.rebounds.tolist(),
+            strict=True,
+        )
     ]
 
 
@@ -149,7 +159,7 @@ def _impact_measures(result: TrialResult) -> dict[str, Any]:
         "impacts": len(result.impacts),
         "deliberate_impacts": int(result.deliberate.sum()),
         "unforeseen_impacts": int((~result.foreseen).sum()),
-        "max_impact_speed": float(speeds_into(result.impacts).max(initial=0.0)),
+        "max_impact_speed": max((impact.speed_into for impact in result.impacts), default=0.0),
     }
 
 

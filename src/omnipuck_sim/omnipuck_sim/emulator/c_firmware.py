@@ -6,6 +6,7 @@ from ctypes import POINTER, c_bool, c_char_p, c_float, c_int16, c_size_t, c_uint
 
 import numpy as np
 
+from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from omnipuck_driver.codec import Decoder
@@ -21,7 +22,6 @@ from omnipuck_sim.emulator.firmware import (
     change_in_body,
     measured_wheels,
 )
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
 CLOCK = 1 << 32

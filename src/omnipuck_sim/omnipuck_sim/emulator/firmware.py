@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collplan_core.ages import STEP, SmallestDelay
+from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from omnipuck_driver.codec import Decoder, Encoder
@@ -30,7 +31,6 @@ from omnipuck_driver.messages import (
     Telemetry,
     WheelCaps,
 )
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
 LONGEST_LIFE = 0.5

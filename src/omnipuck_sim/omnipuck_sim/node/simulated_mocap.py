@@ -6,7 +6,6 @@ from dataclasses import replace
 from math import floor
 from time import monotonic
 
-import numpy as np
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -14,16 +13,16 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import PointCloud2
 
 from collplan_core.clock_steps import ClockOffset
+from collplan_core.impact import Impact
 from collplan_core.parameters import ParameterError, Settings, Simulation
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
-from collplan_ros.messages.planner_clouds import true_impact_to_message
+from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.node_parameters import on_change
 from collplan_ros.node_kit.periodic import call_in
 from omnipuck_sim.node.pacing import Pacing
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.noise import added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 
@@ -176,8 +175,6 @@ class SimulatedMocap:
 
     def _publish_impact(self, impact: Impact) -> None:
         self.impacts += 1
-        change = impact.velocity_after - impact.velocity_before
-        stamp, frame = self._epoch + impact.time, self._settings.frames.map
-        self._impact_publisher.publish(impact_to_message(stamp, change, frame))
-        values = np.concatenate([impact.point, impact.normal, impact.velocity_before, impact.velocity_after]).tolist()
-        self._contact_publisher.publish(true_impact_to_message(values, stamp, frame))
+        stamped, frame = replace(impact, time=self._epoch + impact.time), self._settings.frames.map
+        self._impact_publisher.publish(impact_to_message(stamped.time, impact.change, frame))
+        self._contact_publisher.publish(impact_to_cloud(stamped, frame))

@@ -8,11 +8,11 @@ from collections.abc import Iterable
 import numpy as np
 import pymunk
 
+from collplan_core.impact import Impact
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
 from omnipuck_sim.robot.drive import VX, VY, Aim, drive_law, flown, outline_of, push
-from omnipuck_sim.robot.hit_law import HitLaw
-from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
+from omnipuck_sim.robot.hit_law import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
 from omnipuck_sim.robot.walls import Edge, Pole, outlines

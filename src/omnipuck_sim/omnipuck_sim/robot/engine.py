@@ -5,12 +5,12 @@ from typing import Protocol
 
 import numpy as np
 
+from collplan_core.impact import Impact
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import World
 from omnipuck_sim.robot.disc import Disc
 from omnipuck_sim.robot.drive import Aim
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.vector import Vector
 
 MUJOCO = "mujoco"

@@ -7,6 +7,9 @@ import numpy as np
 from collplan_core.parameters import Simulation
 from omnipuck_sim.robot.vector import Vector
 
+IMPACT_SPEED = 0.08
+"""A contact begun faster than this into the wall is recorded as an impact [m/s]."""
+
 
 class HitLaw:
     """Restitution may fall with the speed into the wall and differ from wall to wall; both may from hit to hit."""

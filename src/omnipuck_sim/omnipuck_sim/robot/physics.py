@@ -4,6 +4,7 @@ from math import ceil, isfinite, pi, remainder
 
 import numpy as np
 
+from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
@@ -12,7 +13,6 @@ from collplan_core.worlds import World, WorldError
 from collplan_core.worlds.route import clearance, touch_depth
 from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y
 from omnipuck_sim.robot.engine import make_engine
-from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.noise import ACTUATION_RATE, Noise
 from omnipuck_sim.robot.vector import Vector
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from collplan_core.evaluation.run_end import pace_words
-from collplan_ros.run.impacts import Impacts, impacts_of
+from collplan_ros.run.impacts import JudgedImpacts, impacts_of
 from collplan_ros.run.picture import run_end, run_title
 from collplan_ros.run.recorded_run import RecordedRun
 from collplan_ros.run.whole_file import RunError
@@ -30,7 +30,7 @@ class PlayedRun:
     """
 
     run: RecordedRun
-    impacts: Impacts
+    impacts: JudgedImpacts
     title: str
     end: str
     reason: str

@@ -4,6 +4,7 @@ import json
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -11,7 +12,6 @@ import numpy as np
 
 from collplan_core.clock_steps import RunTimes
 from collplan_core.scan import ScanError
-from collplan_core.sensing.pose_history import state_at
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.run.page.played_run import PlayedRun
 from collplan_ros.run.reader import content, raw_messages
@@ -144,24 +144,15 @@ def _impacts(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
         graph.put_impacts()
 
     poses = played.run.log.poses
-    for k, time in enumerate(played.impacts.times.tolist()):
-        following = poses[bisect_left(poses, time, key=lambda pose: pose.stamp) :][:1]
-        if following or time <= poses[-1].stamp + LATEST:
+    for k, impact in enumerate(played.impacts.all):
+        following = poses[bisect_left(poses, impact.time, key=lambda pose: pose.stamp) :][:1]
+        if following or impact.time <= poses[-1].stamp + LATEST:
             yield Event(following[0].sent if following else poses[-1].sent, False, partial(happen, k))
 
 
 def _impact(played: PlayedRun, k: int) -> scene.Part:
-    impacts, time = played.impacts, float(played.impacts.times[k])
-    place, normal, speed = impacts.points[k], impacts.normals[k], float(impacts.speeds[k])
-    known = bool(np.isfinite([*place, *normal, speed]).all())
-    # in a world without surfaces only the robot's own place is known
-    return {
-        "t": scene.time_of(time - played.zero),
-        "at": scene.milli(place if known else state_at([pose.state for pose in played.run.log.poses], time).position),
-        "normal": scene.milli(normal) if known else [0, 0],
-        "kind": impacts.verdicts.kind(k),
-        "speed": scene.milli([speed])[0] if known else None,
-    }
+    impact = played.impacts.all[k]
+    return scene.impact(replace(impact, time=impact.time - played.zero), played.impacts.verdicts.kind(k))
 
 
 def _messages(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
