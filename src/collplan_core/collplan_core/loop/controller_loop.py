@@ -20,7 +20,7 @@ from collplan_core.control.manual_override import TAKEN, ManualCommand, override
 from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
 from collplan_core.goal import NO_GOAL, Goal
-from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.local_map import LocalMap
 from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
@@ -210,10 +210,9 @@ class ControllerLoop:
         # no pose is kept for a plan made before a break in the poses
         if plan is None or self._inputs.sensed.pose_at(plan.stamp) is None:
             return
-        placed = self._inputs.sensed.newest_placed(until=plan.stamp)
+        placed = self._inputs.sensed.newest_mapped(self._settings, until=plan.stamp)
         if placed is not None:
-            local_map = build_local_map(*placed, self._settings.robot, self._settings.local_map)
-            self._waiting, self._followed = None, FollowedPlan(plan, local_map)
+            self._waiting, self._followed = None, FollowedPlan(plan, placed.local_map)
 
     def _forget_plans(self) -> None:
         self._waiting = self._followed = None

@@ -12,7 +12,7 @@ invalidates every earlier plan.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.progress import Progress
 from collplan_core.loop.recovery import Recovery
-from collplan_core.loop.sensed_scans import SensedScans
+from collplan_core.loop.sensed_scans import PlacedScan, SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
@@ -40,18 +40,6 @@ NOTICE_PAUSE = 1.0
 """Shortest time between two notices that there is no plan [s]."""
 ALARM_PERIODS = 2.0
 """Shortest time between two plans made at once after impacts, in map_periods."""
-
-
-@dataclass(frozen=True, eq=False)
-class PlacedScan:
-    """The newest scan whose pose is known, the state at its stamp, and the local map made from both.
-
-    Bumped obstacles are in the local map, and not in the scan.
-    """
-
-    scan: Scan
-    state: State
-    local_map: LocalMap
 
 
 class PlannerLoop:
@@ -94,6 +82,7 @@ class PlannerLoop:
         self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
         self._recovery, self._progress = Recovery(), Progress()
+        # bumped obstacles are in its local map, and not in the scan
         self._placed: PlacedScan | None = None
         self._commands = np.zeros((0, 3))
         self._estimated_delay = math.nan
@@ -301,12 +290,14 @@ class PlannerLoop:
     def _update_local_map(self) -> None:
         """Makes the local map of the newest scan whose pose is known, once per scan."""
         settings = self._settings
-        placed = self._inputs.sensed.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
-        if placed is not None:
-            scan, state = placed
-            shown = add_bumped_obstacles(scan, state, self._recovery.felt, settings.robot.radius)
-            local_map = build_local_map(shown, state, settings.robot, local_mapping_of(settings))
-            self._placed = PlacedScan(scan, state, local_map)
+        placed = self._inputs.sensed.newest_mapped(
+            settings, -math.inf if self._placed is None else self._placed.scan.stamp
+        )
+        if placed is not None and len(self._recovery.felt):
+            shown = add_bumped_obstacles(placed.scan, placed.state, self._recovery.felt, settings.robot.radius)
+            felt = build_local_map(shown, placed.state, settings.robot, local_mapping_of(settings))
+            placed = replace(placed, local_map=felt)
+        self._placed = placed or self._placed
 
     def _initial_state(self) -> State | None:
         """Returns the state at which a plan starts: the newest pose's or the newest scan's, as the planner requires."""

@@ -2,9 +2,12 @@
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
 from collplan_core.control.permission import is_relocated
-from collplan_core.parameters import Settings
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.parameters import LocalMapping, Settings
+from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
 from collplan_core.sensing.lidar_mount import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
@@ -12,6 +15,16 @@ from collplan_core.sensing.scan_filters import masked_beams, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedScan:
+    """A scan whose pose is known, the state at its stamp, and the local map made from both."""
+
+    scan: Scan
+    state: State
+    local_map: LocalMap
+
 
 Judged = list[tuple[str, float]]
 """Verdict on each scan: why it is refused, "" where it is accepted, and its time of receipt [s, local clock]."""
@@ -32,6 +45,7 @@ class SensedScans:
         self._unplaced: list[tuple[Scan, float]] = []
         self._scans: deque[Scan] = deque()
         self._memory = ScanMemory()
+        self._mapped: tuple[PlacedScan, LocalMapping] | None = None
         self._state: State | None = None
         self._given: tuple[object, float] = (None, math.nan)
         self._joins = True
@@ -115,6 +129,18 @@ class SensedScans:
             if state is not None:
                 return scan, state
         return None
+
+    def newest_mapped(self, settings: Settings, after: float = -math.inf, until: float = math.inf) -> PlacedScan | None:
+        """The newest scan of that time with its local map, which is made once for all loops that ask for it."""
+        found, mapping = self.newest_placed(after, until), local_mapping_of(settings)
+        if found is None:
+            return None
+        scan, state = found
+        if self._mapped is not None and self._mapped[0].scan is scan and self._mapped[1] == mapping:
+            return self._mapped[0]
+        made = PlacedScan(scan, state, build_local_map(scan, state, settings.robot, mapping))
+        self._mapped = made, mapping
+        return made
 
     def pose_at(self, stamp: float) -> State | None:
         """The pose at this stamp [s]; None where it is not known, as before a relocation."""
