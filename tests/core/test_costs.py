@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.costs import total
 from collplan_core.paper_planner.costs.model import CostModel
-from collplan_core.paper_planner.costs.position import POSITION_COSTS, TURN_DIRECTIONS
+from collplan_core.paper_planner.costs.position import TURN_DIRECTIONS, position_costs
 from collplan_core.paper_planner.costs.risk import (
     APPROACH_RISKS,
-    GAP_RISKS,
     collision_rate,
     collision_risks,
     contact_distance,
     distance_to_predicted,
+    gap_risks,
 )
 from collplan_core.paper_planner.costs.total import (
     TIE_BREAK,
@@ -28,9 +28,8 @@ from collplan_core.paper_planner.costs.total import (
 )
 from collplan_core.paper_planner.costs.velocity import (
     GOAL_VECTORS,
-    REBOUND_REWARDS,
-    VELOCITY_COSTS,
     rebound_reward,
+    rebound_rewards,
     velocity_costs,
 )
 from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
@@ -57,7 +56,8 @@ MODEL = CostModel(
 def j_pos(positions, current, goal, aimed, previous, travelled=0.0, turn_angle="turn", order="normalised_first"):
     """J_pos where the plan made at `previous` aimed along `aimed`."""
     straight_on = TURN_DIRECTIONS[turn_angle](previous, previous + aimed, current, ORIGIN)
-    return POSITION_COSTS[order](positions, current, goal, straight_on, travelled, THRESHOLD, PENALTY)
+    printed = order == "printed"
+    return position_costs(positions, current, goal, straight_on, travelled, THRESHOLD, PENALTY, printed)
 
 
 NO_PLAN = np.full(2, np.nan)
@@ -126,7 +126,8 @@ def test_by_hand_the_collision_rate_is_one_over_the_time_to_collision():
 
 def gap_risk(reach, position, sides, widest=10.0, reading="opening_width") -> float:
     """J_risk,g at a position seen from the centre of F, with f_theta = 0.8."""
-    return GAP_RISKS[reading](reach, position[None], np.array([sides]), ORIGIN, 0.55, 0.8, widest)[0]
+    printed = reading == "printed"
+    return gap_risks(reach, position[None], np.array([sides]), ORIGIN, 0.55, 0.8, widest, printed)[0]
 
 
 def test_by_hand_gap_risk_is_the_openings_width_at_the_candidate_or_the_bare_angle():
@@ -191,7 +192,7 @@ def test_by_hand_a_rebound_into_known_free_space_is_penalised():
 
 def test_by_hand_velocity_cost():
     for risk, reward, expected in ((0.25, 0.4, -(2.0 + 0.5) * 0.75 - 0.4 * 0.25), (0.0, 9.0, -2.5), (1.0, 0.4, -0.4)):
-        costs = velocity_costs(np.array([[1.0, 0.5]]), np.array([2.0, 1.0]), np.array([risk]), np.array([reward]))
+        costs = velocity_costs(np.array([[1.0, 0.5]]), np.array([2.0, 1.0]), np.array([risk]), np.array([reward]), True)
         np.testing.assert_allclose(costs, [expected])
 
 
@@ -207,9 +208,10 @@ def terms_of(model=MODEL, goal_vector="printed", rebound_reward=True, collision_
     """The terms of three candidates before a predicted wall, the goal at (2, 0)."""
     collision_risk, distance, line = collision_risks(POINTS, VELOCITIES, WALL, model)
     to_goal = np.array([2.0, 0.0])
-    reward = REBOUND_REWARDS[rebound_reward](POINTS, VELOCITIES, distance, line, WALL, NEAR_FREE, to_goal, model)
+    reward = rebound_rewards(POINTS, VELOCITIES, distance, line, WALL, NEAR_FREE, to_goal, model)
+    reward *= rebound_reward
     toward = GOAL_VECTORS[goal_vector](to_goal)
-    velocity_cost = VELOCITY_COSTS[collision_factor](VELOCITIES, toward, collision_risk, reward)
+    velocity_cost = velocity_costs(VELOCITIES, toward, collision_risk, reward, collision_factor)
     position_cost, gap_risk, approach_risk = np.array([0.0, 1.0]), np.array([-0.3, -0.1]), np.array([0.0, 1.0])
     return weighted_terms(
         POSITION_OF, position_cost, gap_risk, approach_risk, collision_risk, reward, velocity_cost, model

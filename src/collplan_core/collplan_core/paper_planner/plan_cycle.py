@@ -9,10 +9,10 @@ from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.free_space import inside
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.costs.model import CostModel, cost_model
-from collplan_core.paper_planner.costs.position import POSITION_COSTS, TURN_DIRECTIONS
-from collplan_core.paper_planner.costs.risk import APPROACH_RISKS, GAP_RISKS, collision_risks
+from collplan_core.paper_planner.costs.position import TURN_DIRECTIONS, position_costs
+from collplan_core.paper_planner.costs.risk import APPROACH_RISKS, collision_risks, gap_risks
 from collplan_core.paper_planner.costs.total import LEAST_WHERE_SPEED_IS_FREE, TERMS, TOTAL, least_first, weighted_terms
-from collplan_core.paper_planner.costs.velocity import GOAL_VECTORS, REBOUND_REWARDS, VELOCITY_COSTS
+from collplan_core.paper_planner.costs.velocity import GOAL_VECTORS, rebound_rewards, velocity_costs
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.paper_planner.sampling_space import SamplingSpace, sampling_space
 from collplan_core.paper_planner.trajectory import make_trajectory
@@ -143,13 +143,15 @@ def _evaluated(
     to_goal = target - current
     # J_pos, Alg. 1
     straight_on = TURN_DIRECTIONS[p.turn_angle](memory.previous, memory.aim, state.position, center)
-    position_cost = POSITION_COSTS[p.position_cost](
-        space.positions, current, target, straight_on, travelled, p.turn_threshold, p.turn_penalty
+    printed = p.position_cost == "printed"
+    position_cost = position_costs(
+        space.positions, current, target, straight_on, travelled, p.turn_threshold, p.turn_penalty, printed
     )
     # J_risk, Alg. 2
     sight_distance = settings.local_map.sight_share * local_map.half_side
-    gap_risk = GAP_RISKS[p.gap_risk](
-        local_map.reach, space.positions, space.open_side, current, sight_distance, p.gap_weight, p.widest_gap
+    open_side, printed = space.open_side, p.gap_risk == "printed"
+    gap_risk = gap_risks(
+        local_map.reach, space.positions, open_side, current, sight_distance, p.gap_weight, p.widest_gap, printed
     )
     approach_risk = APPROACH_RISKS[p.approach_risk](
         border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, max_speed
@@ -157,11 +159,11 @@ def _evaluated(
     predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])
     collision_risk, distance, line = collision_risks(space.points, space.velocities, predicted, model)
     # J_vel, eq. (2) and (3)
-    reward = REBOUND_REWARDS[p.rebound_reward](
-        space.points, space.velocities, distance, line, predicted, border, to_goal, model
-    )
+    reward = rebound_rewards(space.points, space.velocities, distance, line, predicted, border, to_goal, model)
+    if not p.rebound_reward:
+        reward[:] = 0.0
     goal_vector = GOAL_VECTORS[p.goal_vector](to_goal)
-    velocity_cost = VELOCITY_COSTS[p.collision_factor](space.velocities, goal_vector, collision_risk, reward)
+    velocity_cost = velocity_costs(space.velocities, goal_vector, collision_risk, reward, p.collision_factor)
     return weighted_terms(
         space.position_of, position_cost, gap_risk, approach_risk, collision_risk, reward, velocity_cost, model
     )

@@ -67,7 +67,7 @@ def _path_lengths_and_turns(
 
 
 @njit
-def normalised_first(
+def position_costs(
     positions: np.ndarray,
     current: np.ndarray,
     goal: np.ndarray,
@@ -75,6 +75,7 @@ def normalised_first(
     travelled: float,
     turn_threshold: float,
     turn_penalty: float,
+    printed: bool,
 ) -> np.ndarray:
     """J_pos (p,) with the lengths normalised before the turns are penalised. Paper: Alg. 1.
 
@@ -82,36 +83,12 @@ def normalised_first(
         positions: (p, 2) candidate positions p_s [m].
         current, goal: (2,) p_cur and p_goal [m].
         straight_on: (2,) direction that turns count from; NaN without a previous plan: then none is penalised.
-        travelled: |p_ini p_pre| + |p_pre p_cur| [m], equal for all and so without effect here.
+        travelled: |p_ini p_pre| + |p_pre p_cur| [m], equal for all and so without effect if not as printed.
         turn_threshold, turn_penalty: theta_thres [rad] and f_a.
+        printed: as Alg. 1 is printed, the turns are penalised before the lengths are normalised.
     """
     length, turns = _path_lengths_and_turns(positions, current, goal, straight_on, turn_threshold)
+    if printed:
+        return normalize(np.where(turns, turn_penalty, 1.0) * (travelled + length))
     normalised = normalize(length)
     return np.where(turns, turn_penalty * (1.0 + normalised) - 1.0, normalised)
-
-
-@njit
-def penalised_first(
-    positions: np.ndarray,
-    current: np.ndarray,
-    goal: np.ndarray,
-    straight_on: np.ndarray,
-    travelled: float,
-    turn_threshold: float,
-    turn_penalty: float,
-) -> np.ndarray:
-    """J_pos (p,) as Alg. 1 is printed: the turns penalised before the lengths are normalised.
-
-    Args:
-        positions: (p, 2) candidate positions p_s [m].
-        current, goal: (2,) p_cur and p_goal [m].
-        straight_on: (2,) direction that turns count from; NaN without a previous plan: then none is penalised.
-        travelled: |p_ini p_pre| + |p_pre p_cur| [m].
-        turn_threshold, turn_penalty: theta_thres [rad] and f_a.
-    """
-    length, turns = _path_lengths_and_turns(positions, current, goal, straight_on, turn_threshold)
-    return normalize(np.where(turns, turn_penalty, 1.0) * (travelled + length))
-
-
-POSITION_COSTS = {"normalised_first": normalised_first, "printed": penalised_first}
-"""Alg. 1 by planner.position_cost."""

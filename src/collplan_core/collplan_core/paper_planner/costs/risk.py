@@ -88,7 +88,7 @@ def collision_risks(
 
 
 @njit
-def opening_widths(
+def gap_risks(
     reach: np.ndarray,
     positions: np.ndarray,
     open_side: np.ndarray,
@@ -96,6 +96,7 @@ def opening_widths(
     sight_distance: float,
     gap_weight: float,
     widest: float,
+    printed: bool,
 ) -> np.ndarray:
     """J_risk,g = -f_theta theta_sight |p_s - p_cur| of each position (p,): the opening's width there. Paper: Alg. 2.
 
@@ -106,45 +107,15 @@ def opening_widths(
         sight_distance: distance over which a direction must be free to count as sight [m].
         gap_weight: f_theta.
         widest: wider openings count as this wide [m].
+        printed: as Alg. 2, line 11, is printed, the angle alone counts: -f_theta theta_sight.
     """
     risk = np.empty(len(positions))
     for i in range(len(positions)):
         x, y = positions[i]
         angle = sight_angle(reach, x, y, open_side[i, 0], open_side[i, 1], sight_distance)
         from_robot = np.hypot(x - current[0], y - current[1])
-        risk[i] = -gap_weight * min(angle * from_robot, widest)
+        risk[i] = -gap_weight * (angle if printed else min(angle * from_robot, widest))
     return risk
-
-
-@njit
-def sight_angles(
-    reach: np.ndarray,
-    positions: np.ndarray,
-    open_side: np.ndarray,
-    current: np.ndarray,
-    sight_distance: float,
-    gap_weight: float,
-    widest: float,
-) -> np.ndarray:
-    """J_risk,g = -f_theta theta_sight of each position (p,), as printed in Alg. 2, line 11.
-
-    Args:
-        reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
-        positions: (p, 2) relative to the centre of F [m]; open_side: (p, 2) the open sides of each one's frontier.
-        current: (2,) p_cur relative to the centre of F [m]; without effect here.
-        sight_distance: distance over which a direction must be free to count as sight [m].
-        gap_weight: f_theta.
-        widest: limit of an opening's width [m]; without effect here.
-    """
-    risk = np.empty(len(positions))
-    for i in range(len(positions)):
-        x, y = positions[i]
-        risk[i] = -gap_weight * sight_angle(reach, x, y, open_side[i, 0], open_side[i, 1], sight_distance)
-    return risk
-
-
-GAP_RISKS = {"opening_width": opening_widths, "printed": sight_angles}
-"""J_risk,g by planner.gap_risk."""
 
 
 @njit

@@ -82,27 +82,9 @@ def rebound_rewards(
     return rewards
 
 
-def no_rewards(
-    points: np.ndarray,
-    velocities: np.ndarray,
-    distance: np.ndarray,
-    line: np.ndarray,
-    predicted: np.ndarray,
-    border: np.ndarray,
-    to_goal: np.ndarray,
-    model: CostModel,
-) -> np.ndarray:
-    """0 for each candidate (c,): J_vel without R_ref."""
-    return np.zeros(len(points))
-
-
-REBOUND_REWARDS = {True: rebound_rewards, False: no_rewards}
-"""R_ref by planner.rebound_reward."""
-
-
 @njit
 def velocity_costs(
-    velocities: np.ndarray, goal_vector: np.ndarray, collision_risk: np.ndarray, reward: np.ndarray
+    velocities: np.ndarray, goal_vector: np.ndarray, collision_risk: np.ndarray, reward: np.ndarray, has_factor: bool
 ) -> np.ndarray:
     """J_vel = -<v_s, goal vector> (1 - J_risk,h) - R_ref J_risk,h of each candidate (c,). Paper: eq. (3).
 
@@ -110,31 +92,11 @@ def velocity_costs(
         velocities: (c, 2) v_s [m/s].
         goal_vector: (2,) [m], or without unit.
         collision_risk, reward: (c,) J_risk,h and R_ref.
+        has_factor: whether eq. (3) has its factor (1 - J_risk,h).
     """
     costs = np.empty(len(velocities))
     for i in range(len(velocities)):
         toward = velocities[i, 0] * goal_vector[0] + velocities[i, 1] * goal_vector[1]
-        costs[i] = -toward * (1.0 - collision_risk[i]) - reward[i] * collision_risk[i]
+        share = 1.0 - collision_risk[i] if has_factor else 1.0
+        costs[i] = -toward * share - reward[i] * collision_risk[i]
     return costs
-
-
-@njit
-def velocity_costs_without_factor(
-    velocities: np.ndarray, goal_vector: np.ndarray, collision_risk: np.ndarray, reward: np.ndarray
-) -> np.ndarray:
-    """-<v_s, goal vector> - R_ref J_risk,h of each candidate (c,): eq. (3) without its factor (1 - J_risk,h).
-
-    Args:
-        velocities: (c, 2) v_s [m/s].
-        goal_vector: (2,) [m], or without unit.
-        collision_risk, reward: (c,) J_risk,h and R_ref.
-    """
-    costs = np.empty(len(velocities))
-    for i in range(len(velocities)):
-        toward = velocities[i, 0] * goal_vector[0] + velocities[i, 1] * goal_vector[1]
-        costs[i] = -toward - reward[i] * collision_risk[i]
-    return costs
-
-
-VELOCITY_COSTS = {True: velocity_costs, False: velocity_costs_without_factor}
-"""Eq. (3) by planner.collision_factor."""
