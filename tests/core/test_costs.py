@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.costs import total
 from collplan_core.paper_planner.costs.model import CostModel
-from collplan_core.paper_planner.costs.position import TURN_DIRECTIONS, position_costs
+from collplan_core.paper_planner.costs.position import position_costs, straight_on
 from collplan_core.paper_planner.costs.risk import (
-    APPROACH_RISKS,
     collision_rate,
     collision_risks,
     contact_distance,
+    crossings,
     distance_to_predicted,
     gap_risks,
 )
@@ -27,9 +27,9 @@ from collplan_core.paper_planner.costs.total import (
     weighted_terms,
 )
 from collplan_core.paper_planner.costs.velocity import (
-    GOAL_VECTORS,
     rebound_reward,
     rebound_rewards,
+    unit_vector,
     velocity_costs,
 )
 from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
@@ -55,9 +55,9 @@ MODEL = CostModel(
 
 def j_pos(positions, current, goal, aimed, previous, travelled=0.0, turn_angle="turn", order="normalised_first"):
     """J_pos where the plan made at `previous` aimed along `aimed`."""
-    straight_on = TURN_DIRECTIONS[turn_angle](previous, previous + aimed, current, ORIGIN)
+    onward = straight_on(previous, previous + aimed, current, ORIGIN, turn_angle == "printed")
     printed = order == "printed"
-    return position_costs(positions, current, goal, straight_on, travelled, THRESHOLD, PENALTY, printed)
+    return position_costs(positions, current, goal, onward, travelled, THRESHOLD, PENALTY, printed)
 
 
 NO_PLAN = np.full(2, np.nan)
@@ -75,9 +75,9 @@ def test_by_hand_position_costs_are_normalised_first_and_penalised_then_or_as_pr
     np.testing.assert_allclose(j_pos(ABC, ORIGIN, goal, aimed, previous), [5.0 * (1 + 0) - 1, LEFT, 5.0 * (1 + 1) - 1])
     printed = j_pos(ABC, ORIGIN, goal, aimed, previous, 0.3, "printed", "printed")
     np.testing.assert_allclose(printed, [0.0, LEFT, 1.0])
-    straight_on = j_pos(ABC, ORIGIN, goal, goal, ORIGIN, order="printed")
-    np.testing.assert_allclose(straight_on, [0.0, (5.0 * (1 + LEFT) - 1.0) / 9.0, 1.0])
-    for turn_angle in TURN_DIRECTIONS:
+    costs = j_pos(ABC, ORIGIN, goal, goal, ORIGIN, order="printed")
+    np.testing.assert_allclose(costs, [0.0, (5.0 * (1 + LEFT) - 1.0) / 9.0, 1.0])
+    for turn_angle in ("turn", "printed"):
         costs = j_pos(ABC, ORIGIN, goal, NO_PLAN, previous, turn_angle=turn_angle)
         np.testing.assert_allclose(costs, [0.0, LEFT, 1.0])
 
@@ -164,8 +164,7 @@ def test_by_hand_an_approach_through_an_observed_boundary_crosses_it():
         f = local_map.border, local_map.surface, local_map.shadow
         for velocity, aim, position, crosses in table:
             where = (r @ aim)[None], r @ position, r @ velocity, 1.2
-            assert APPROACH_RISKS["crossing"](*f, *where)[0] == crosses, (steps, velocity, aim)
-            assert not APPROACH_RISKS["printed"](*f, *where)[0]  # as printed adds nothing
+            assert crossings(*f, *where)[0] == crosses, (steps, velocity, aim)
 
 
 # J_vel, eq. (2) and (3)
@@ -210,7 +209,7 @@ def terms_of(model=MODEL, goal_vector="printed", rebound_reward=True, collision_
     to_goal = np.array([2.0, 0.0])
     reward = rebound_rewards(POINTS, VELOCITIES, distance, line, WALL, NEAR_FREE, to_goal, model)
     reward *= rebound_reward
-    toward = GOAL_VECTORS[goal_vector](to_goal)
+    toward = unit_vector(to_goal) if goal_vector == "unit" else to_goal
     velocity_cost = velocity_costs(VELOCITIES, toward, collision_risk, reward, collision_factor)
     position_cost, gap_risk, approach_risk = np.array([0.0, 1.0]), np.array([-0.3, -0.1]), np.array([0.0, 1.0])
     return weighted_terms(

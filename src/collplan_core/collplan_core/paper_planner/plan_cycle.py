@@ -9,10 +9,10 @@ from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.free_space import inside
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.costs.model import CostModel, cost_model
-from collplan_core.paper_planner.costs.position import TURN_DIRECTIONS, position_costs
-from collplan_core.paper_planner.costs.risk import APPROACH_RISKS, collision_risks, gap_risks
+from collplan_core.paper_planner.costs.position import position_costs, straight_on
+from collplan_core.paper_planner.costs.risk import collision_risks, crossings, gap_risks
 from collplan_core.paper_planner.costs.total import LEAST_WHERE_SPEED_IS_FREE, TERMS, TOTAL, least_first, weighted_terms
-from collplan_core.paper_planner.costs.velocity import GOAL_VECTORS, rebound_rewards, velocity_costs
+from collplan_core.paper_planner.costs.velocity import rebound_rewards, unit_vector, velocity_costs
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.paper_planner.sampling_space import SamplingSpace, sampling_space
 from collplan_core.paper_planner.trajectory import make_trajectory
@@ -142,10 +142,10 @@ def _evaluated(
     current, target = state.position - center, goal - center
     to_goal = target - current
     # J_pos, Alg. 1
-    straight_on = TURN_DIRECTIONS[p.turn_angle](memory.previous, memory.aim, state.position, center)
+    onward = straight_on(memory.previous, memory.aim, state.position, center, p.turn_angle == "printed")
     printed = p.position_cost == "printed"
     position_cost = position_costs(
-        space.positions, current, target, straight_on, travelled, p.turn_threshold, p.turn_penalty, printed
+        space.positions, current, target, onward, travelled, p.turn_threshold, p.turn_penalty, printed
     )
     # J_risk, Alg. 2
     sight_distance = settings.local_map.sight_share * local_map.half_side
@@ -153,16 +153,18 @@ def _evaluated(
     gap_risk = gap_risks(
         local_map.reach, space.positions, open_side, current, sight_distance, p.gap_weight, p.widest_gap, printed
     )
-    approach_risk = APPROACH_RISKS[p.approach_risk](
+    approach_risk = crossings(
         border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, max_speed
     )
+    if p.approach_risk == "printed":
+        approach_risk[:] = 0.0
     predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])
     collision_risk, distance, line = collision_risks(space.points, space.velocities, predicted, model)
     # J_vel, eq. (2) and (3)
     reward = rebound_rewards(space.points, space.velocities, distance, line, predicted, border, to_goal, model)
     if not p.rebound_reward:
         reward[:] = 0.0
-    goal_vector = GOAL_VECTORS[p.goal_vector](to_goal)
+    goal_vector = unit_vector(to_goal) if p.goal_vector == "unit" else to_goal
     velocity_cost = velocity_costs(space.velocities, goal_vector, collision_risk, reward, p.collision_factor)
     return weighted_terms(
         space.position_of, position_cost, gap_risk, approach_risk, collision_risk, reward, velocity_cost, model

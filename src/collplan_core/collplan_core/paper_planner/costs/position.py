@@ -16,36 +16,21 @@ def angle_between(ax: float, ay: float, bx: float, by: float) -> float:
     return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
 
 
-def previous_aim_direction(
-    previous: np.ndarray, aim: np.ndarray, position: np.ndarray, center: np.ndarray
+def straight_on(
+    previous: np.ndarray, aim: np.ndarray, position: np.ndarray, center: np.ndarray, printed: bool
 ) -> np.ndarray:
-    """(2,) direction in which the previous plan aimed, so that the angle is the turn between two aims.
+    """(2,) direction that the angle of Alg. 1 counts from: that in which the previous plan aimed.
 
     Args:
         previous: (2,) p_pre, where the previous plan was made [m].
         aim: (2,) p_s of the previous plan [m]; NaN without one, and the direction then too.
         position: (2,) p_cur [m].
         center: (2,) centre of F [m].
+        printed: from p_cur back to p_pre, so that the angle is the interior one, as printed.
     """
-    return aim - previous
-
-
-def previous_position_direction(
-    previous: np.ndarray, aim: np.ndarray, position: np.ndarray, center: np.ndarray
-) -> np.ndarray:
-    """(2,) direction from p_cur back to p_pre, so that the angle is the interior one, as printed.
-
-    Args:
-        previous: (2,) p_pre, where the previous plan was made [m].
-        aim: (2,) p_s of the previous plan [m]; NaN without one, and the direction then too.
-        position: (2,) p_cur [m].
-        center: (2,) centre of F [m].
-    """
-    return (previous - center) - (position - center) if aim[0] == aim[0] else aim
-
-
-TURN_DIRECTIONS = {"turn": previous_aim_direction, "printed": previous_position_direction}
-"""The direction that the angle of Alg. 1 counts from, by planner.turn_angle."""
+    if printed and not math.isnan(aim[0]):
+        return (previous - center) - (position - center)
+    return aim if printed else aim - previous
 
 
 @njit

@@ -175,20 +175,3 @@ def crossings(
             border, surface, shadow, current, velocity, positions[i, 0], positions[i, 1], max_speed
         )
     return risk
-
-
-def no_crossings(
-    border: np.ndarray,
-    surface: np.ndarray,
-    shadow: np.ndarray,
-    positions: np.ndarray,
-    current: np.ndarray,
-    velocity: np.ndarray,
-    max_speed: float,
-) -> np.ndarray:
-    """0 for each position (p,): Alg. 2 as printed looks at predicted boundaries only."""
-    return np.zeros(len(positions))
-
-
-APPROACH_RISKS = {"crossing": crossings, "printed": no_crossings}
-"""Terms of J_risk for observed boundaries on the way, by planner.approach_risk."""

@@ -16,15 +16,6 @@ def unit_vector(to_goal: np.ndarray) -> np.ndarray:
     return to_goal / max(math.hypot(to_goal[0], to_goal[1]), 1e-12)
 
 
-def in_metres(to_goal: np.ndarray) -> np.ndarray:
-    """(2,) p_goal - p_cur itself [m], as printed."""
-    return to_goal
-
-
-GOAL_VECTORS = {"unit": unit_vector, "printed": in_metres}
-"""The goal vector of eq. (3) by planner.goal_vector."""
-
-
 @njit
 def rebound_reward(
     contact_x: float,
