@@ -26,12 +26,7 @@ import numpy as np
 
 from collplan_core.impact import Impact
 from collplan_core.parameters import Limits, Mocap, Settings
-from collplan_core.sensing.impact_detection import (
-    IMPACT_REACH,
-    FittedImpact,
-    detected_impact,
-    top_speed,
-)
+from collplan_core.sensing.impact_detection import IMPACT_REACH, FittedImpact, detected_impact, top_speed
 from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
 from collplan_core.sensing.pose_track import FittedMotion, track_law, with_pose, with_pose_judged
 from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor

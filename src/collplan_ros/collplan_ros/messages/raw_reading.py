@@ -14,13 +14,7 @@ from collplan_core.plan import Plan, plan_of_path
 from collplan_core.plane import rotate
 from collplan_core.state import State
 from collplan_core.validation import finite, rising
-from collplan_ros.messages.reading import (
-    NANOSECONDS,
-    MessageError,
-    check_finite,
-    check_frame,
-    yaw_of,
-)
+from collplan_ros.messages.reading import NANOSECONDS, MessageError, check_finite, check_frame, yaw_of
 
 BYTES_TOPICS = ("mocap/odom", "ground_truth/odom", "plan")
 """Topics whose messages are taken as bytes."""

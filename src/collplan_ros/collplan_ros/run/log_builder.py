@@ -12,22 +12,8 @@ from collplan_core.parameters import Settings
 from collplan_core.state import State
 from collplan_ros.messages.cloud_reading import impact_from_cloud, plan_from_message
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.messages.reading import (
-    GOAL_STATUS,
-    MessageError,
-    check_finite,
-    twist_of,
-    velocity_from_twist,
-)
-from collplan_ros.run.run_log import (
-    PoseRow,
-    RunLog,
-    SentCommand,
-    SentGoal,
-    SentManeuver,
-    SentReference,
-    SentStatus,
-)
+from collplan_ros.messages.reading import GOAL_STATUS, MessageError, check_finite, twist_of, velocity_from_twist
+from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentGoal, SentManeuver, SentReference, SentStatus
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are logged."""

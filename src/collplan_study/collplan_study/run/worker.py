@@ -10,14 +10,7 @@ from time import perf_counter
 
 from collplan_core.warm_up import warm_up
 from collplan_study.question.grid import Task
-from collplan_study.tables.rows import (
-    NO_PATH,
-    TrialRow,
-    error_measures,
-    impact_rows,
-    measures,
-    sampled_path,
-)
+from collplan_study.tables.rows import NO_PATH, TrialRow, error_measures, impact_rows, measures, sampled_path
 from omnipuck_sim.trial import run_trial
 
 
