@@ -14,8 +14,8 @@ LIVE = [spec for spec in all_specs().values() if spec.live]
 NODES = (MocapNode, LidarNode, PlannerNode, ControllerNode, SimulatorNode, DriverNode, FirmwareEmulator)
 SHARES = (0.03, 0.0, 0.3, 1.0)
 """How far into its range a number is set."""
-TIMES = {"planner.goal_timeout": 1.2}
-"""What is set where a share of the range is longer than any test [s]."""
+LARGE = {"planner.goal_timeout": 1.2, "planner.longest_detour": 0.02}
+"""What is set where a share of the range is longer than any test [s], [m]."""
 
 
 def accepted(node) -> list[Spec]:
@@ -25,8 +25,8 @@ def accepted(node) -> list[Spec]:
 
 def others(spec: Spec) -> list:
     """Values other than the default."""
-    if spec.key in TIMES:
-        return [TIMES[spec.key]]
+    if spec.key in LARGE:
+        return [LARGE[spec.key]]
     if isinstance(spec.default, bool):
         return [not spec.default]
     if spec.choices:

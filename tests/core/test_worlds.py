@@ -96,6 +96,17 @@ def test_a_route_through_a_gap_depends_on_the_radius_and_without_walls_it_may_le
             check_route(world, start, goal, radius)
 
 
+def test_a_route_may_end_within_the_tolerance_of_its_goal():
+    start, goal = np.array([0.4, 0.5]), np.array([0.86, 0.5])  # 4 cm before the gate
+    check_route(world_of([GATE]), start, goal, 0.09, 0.06)
+    for tolerance, words in ((0.04, "goal: .*within 0.04 m"), (0.0, "goal: .*0.09 m of room around it")):
+        with pytest.raises(WorldError, match=words):
+            check_route(world_of([GATE]), start, goal, 0.09, tolerance)
+    behind = np.array([1.15, 0.95])
+    with pytest.raises(WorldError, match=r"goal: .*reached"):
+        check_route(world_of([[[0.9, -0.1], [1.1, -0.1], [1.1, 1.1], [0.9, 1.1]]]), start, behind, 0.09, 0.06)
+
+
 def test_a_route_needs_room_at_both_ends():
     for start, goal, words in (
         ((0.4, 0.5), (1.0, 0.5), "goal: .*obstacle"),

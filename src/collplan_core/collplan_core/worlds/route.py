@@ -31,20 +31,20 @@ def free_space(world: World, radius: float) -> "BaseGeometry":
     return arena.union(obstacles).envelope.buffer(3.0 * radius, join_style="mitre").difference(obstacles)
 
 
-def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float) -> None:
-    """Check that a disc of `radius` [m] can stand at start (2,) and goal (2,) [m] and that a route joins them.
+def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float, tolerance: float = 0.0) -> None:
+    """Check that a route for a disc of `radius` [m] leads from start (2,) to within a tolerance of the goal (2,) [m].
 
     Raises:
-        WorldError: start or goal is not finite, outside the arena or nearer than `radius` to an obstacle or wall, or
+        WorldError: start or goal is not finite, outside the arena or too near to an obstacle or wall to stand there, or
             the goal cannot be reached.
     """
     import shapely
 
-    for key, point in (("start", start), ("goal", goal)):
-        _check_room(world, key, np.asarray(point), radius)
+    for key, point, beside in (("start", start, 0.0), ("goal", goal, tolerance)):
+        _check_room(world, key, np.asarray(point), radius, beside)
     free = free_space(world, radius - 2.0 * touch_depth(world))
     parts = getattr(free, "geoms", [free])
-    if not any(part.covers(shapely.Point(start)) and part.covers(shapely.Point(goal)) for part in parts):
+    if not any(part.covers(shapely.Point(start)) and part.distance(shapely.Point(goal)) <= tolerance for part in parts):
         raise WorldError(
             f"{world.called}: goal: {np.asarray(goal).tolist()} cannot be reached from {np.asarray(start).tolist()}, "
             f"expected a route for a disc of radius {radius:g} m"
@@ -78,10 +78,10 @@ def clearance(world: World, point: np.ndarray, radius: float) -> float:
     return float(min(distances, default=np.inf)) - radius
 
 
-def _check_room(world: World, key: str, point: np.ndarray, radius: float) -> None:
+def _check_room(world: World, key: str, point: np.ndarray, radius: float, beside: float) -> None:
     if not np.isfinite(point).all() or not in_bounds(world.bounds, point):
         expected = f"expected a point within {list(world.bounds)}"
         raise WorldError(f"{world.called}: {key}: {point.tolist()} is outside the arena, {expected}")
-    if not has_room(world, point, radius):
-        expected = f"expected {radius:g} m of room around it"
+    if not has_room(world, point, radius - beside):
+        expected = f"expected {radius:g} m of room around {f'a place within {beside:g} m of it' if beside else 'it'}"
         raise WorldError(f"{world.called}: {key}: {point.tolist()} is in an obstacle or too near one, {expected}")

@@ -236,5 +236,5 @@ def _checked_goal(options: Options, world: World, settings: Settings, robot: Rob
         if not robot.simulated:  # its true start is measured, not given by the world
             return goal
         raise WorldError(f"world {world.called}: has no start, expected one [x, y] [m] in it")
-    check_route(world, world.start, goal, settings.robot.radius)
+    check_route(world, world.start, goal, settings.robot.radius, settings.planner.goal_tolerance)
     return goal

@@ -94,7 +94,7 @@ def make_grid(
     ]
     if not cells:
         raise StudyError("the grid is empty: expected at least one world")
-    _check_routes((source.world, settings.robot.radius) for source, _, settings, _ in cells)
+    _check_routes((source.world, settings) for source, _, settings, _ in cells)
     tasks: list[Task] = []
     for source, labels, settings, trials in cells:
         for trial in range(trials):
@@ -143,10 +143,11 @@ def _cell(
     return labels, settings
 
 
-def _check_routes(cells: Iterable[tuple[World, float]]) -> None:
-    """Checks start, goal and route in each world, once for each radius of the robot [m]."""
-    for world, radius in dict.fromkeys(cells):
-        check_route(world, _end(world, "start", world.start), _end(world, "goal", world.goal), radius)
+def _check_routes(cells: Iterable[tuple[World, Settings]]) -> None:
+    """Checks start, goal and route in each world, once for each radius of the robot and tolerance of the goal."""
+    sizes = ((world, settings.robot.radius, settings.planner.goal_tolerance) for world, settings in cells)
+    for world, radius, tolerance in dict.fromkeys(sizes):
+        check_route(world, _end(world, "start", world.start), _end(world, "goal", world.goal), radius, tolerance)
 
 
 def _end(world: World, key: str, point: np.ndarray | None) -> np.ndarray:
