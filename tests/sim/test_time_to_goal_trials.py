@@ -120,3 +120,16 @@ POSTS = replace(
 def test_a_gap_hardly_wider_than_the_robot_is_passed_where_there_is_no_other_way(strategy):
     result = run_trial(POSTS, SETTINGS.with_values({"planner.strategy": strategy, "trial.timeout": 20.0}), 1)
     assert result.outcome == REACHED
+
+
+@pytest.mark.soak
+def test_avoid_hardly_ever_touches():
+    """One of these 40 runs does; with a margin of 1.5 cm 7 do, by noise of the drive."""
+    families = ("z", "l", "pillars", "posts")
+    touched = [
+        (family, seed)
+        for family in families
+        for seed in range(788000, 788010)
+        if trial("avoid", f"{family}:{seed}", seed).impacts
+    ]
+    assert len(touched) <= 2, touched
