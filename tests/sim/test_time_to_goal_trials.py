@@ -124,7 +124,7 @@ def test_a_gap_hardly_wider_than_the_robot_is_passed_where_there_is_no_other_way
 
 @pytest.mark.soak
 def test_avoid_hardly_ever_touches():
-    """One of these 40 runs does; with a margin of 1.5 cm 7 do, by noise of the drive."""
+    """One of these 40 runs does; with a margin of 1.5 cm 8 do, by noise of the drive."""
     families = ("z", "l", "pillars", "posts")
     touched = [
         (family, seed)
