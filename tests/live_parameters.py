@@ -15,7 +15,7 @@ NODES = (MocapNode, LidarNode, PlannerNode, ControllerNode, SimulatorNode, Drive
 SHARES = (0.03, 0.0, 0.3, 1.0)
 """How far into its range a number is set."""
 LARGE = {"planner.goal_timeout": 1.2, "planner.longest_detour": 0.02}
-"""What is set where a share of the range is longer than any test [s], [m]."""
+"""Values of parameters for which a share of the range is too large for a test [s], [m]."""
 
 
 def accepted(node) -> list[Spec]:

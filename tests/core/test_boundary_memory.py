@@ -291,7 +291,7 @@ ROW = [np.array([[x, 0.3], [x + 0.2, 0.3], [x + 0.1, 0.5]]) for x in np.arange(-
 
 
 def along_a_row(settings=REMEMBERED) -> RememberedBoundaries:
-    """What is remembered after a drive of 4.1 m past obstacles."""
+    """The memory after a drive of 4.1 m past a row of obstacles."""
     world = World("row", tuple(ROW), np.zeros((0, 3)), (-9.0, -9.0, 9.0, 9.0), False)
     memory = None
     for local_map in maps_along(world, [np.array([x, 0.0]) for x in np.arange(0.0, 4.2, 0.1)]):

@@ -51,19 +51,21 @@ def impacts_of(log: RunLog, velocity_window: float) -> JudgedImpacts:
     """
     impacts = log.own_impacts if log.poses else []
     if not log.truth:
-        impacts = [replace(each, velocity_after=_settled(each.time, log, velocity_window)) for each in impacts]
+        impacts = [
+            replace(each, velocity_after=_settled(each, impacts, log.poses, velocity_window)) for each in impacts
+        ]
     predictions = [Prediction(made, contacts) for made, contacts in sorted(log.plans.items())]
     return JudgedImpacts(impacts, judge_impacts(impacts, predictions))
 
 
-def _settled(impact: float, log: RunLog, velocity_window: float) -> np.ndarray:
-    """Velocity after a measured impact at a time [s]: that of the first pose that is fitted to poses after it alone.
+def _settled(impact: Impact, impacts: Sequence[Impact], poses: list[PoseRow], velocity_window: float) -> np.ndarray:
+    """Velocity after one of the measured impacts: that of the first pose that is fitted to poses after it alone.
 
     Or of the last one before the next impact, or of all, where that is earlier.
     """
-    later = min((other.time for other in log.own_impacts if other.time > impact), default=math.inf)
-    settled = min(_first_from(impact + SETTLED * velocity_window, log.poses), _first_from(later, log.poses) - 1)
-    row = log.poses[max(settled, 0)]
+    later = min((other.time for other in impacts if other.time > impact.time), default=math.inf)
+    settled = min(_first_from(impact.time + SETTLED * velocity_window, poses), _first_from(later, poses) - 1)
+    row = poses[max(settled, 0)]
     return np.array([row.vx, row.vy])
 
 

@@ -35,7 +35,7 @@ from collplan_ros.view.message_parts import (
 from collplan_ros.view.recent_timing import RecentTiming
 
 KEPT = 1.5
-"""Time for which poses are kept, to find those at a scan's stamp and before an impact [s]."""
+"""Time for which poses are kept, to find the one at a scan's stamp [s]."""
 STEP_BACK = 0.5
 """A pose that is so much before the newest begins another time, as after a restart [s]."""
 QUIET = 0.25
