@@ -92,7 +92,7 @@ def plan_cycle(
 
 
 def _end_at(goal: np.ndarray, local_map: LocalMap, tolerance: float) -> np.ndarray | None:
-    """Where a plan can end at the goal (2,) [m]: there, or if a surface is too near at the next place beside it."""
+    """The goal (2,) [m], or if a surface is too near to it the nearest free place within the tolerance; else None."""
     if inside(local_map.border, *(goal - local_map.position)):
         return goal
     beside = local_map.border_points[local_map.surface >= 0]
@@ -153,17 +153,17 @@ def _evaluated(
     gap_risk = gap_risks(
         local_map.reach, space.positions, open_side, current, sight_distance, p.gap_weight, p.widest_gap, printed
     )
-    approach_risk = crossings(
-        border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, max_speed
-    )
-    if p.approach_risk == "printed":
-        approach_risk[:] = 0.0
+    approach_risk = np.zeros(len(space.positions))
+    if p.approach_risk == "crossing":
+        approach_risk = crossings(
+            border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, max_speed
+        )
     predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])
     collision_risk, distance, line = collision_risks(space.points, space.velocities, predicted, model)
     # J_vel, eq. (2) and (3)
-    reward = rebound_rewards(space.points, space.velocities, distance, line, predicted, border, to_goal, model)
-    if not p.rebound_reward:
-        reward[:] = 0.0
+    reward = np.zeros(len(space.points))
+    if p.rebound_reward:
+        reward = rebound_rewards(space.points, space.velocities, distance, line, predicted, border, to_goal, model)
     goal_vector = unit_vector(to_goal) if p.goal_vector == "unit" else to_goal
     velocity_cost = velocity_costs(space.velocities, goal_vector, collision_risk, reward, p.collision_factor)
     return weighted_terms(
