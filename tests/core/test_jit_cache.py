@@ -109,6 +109,18 @@ def test_a_damaged_cache_is_made_anew(package, damage):
         assert run_outer(package) == [2, 1]
 
 
+def test_code_for_other_argument_types_is_not_run(package):
+    """As is left of two processes that save at the same time, each under the first free name."""
+    run_outer(package)
+    (code,) = (path for path in caches(package) if path.suffix == ".nbc")
+    whole = code.read_bytes()
+    run_outer(package, RUN.replace("outer(1)", "int(2 * outer(1.5))"))
+    other = next(path for path in caches(package) if path.suffix == ".nbc" and path != code)
+    other.write_bytes(whole)
+    for cached in (0, 1):
+        assert run_outer(package, RUN.replace("outer(1)", "int(2 * outer(1.5))")) == [5, cached]
+
+
 def test_an_emptied_cache_is_made_anew(package):
     run_outer(package)
     shutil.rmtree(package.parent / "cache")

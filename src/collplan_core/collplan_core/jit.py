@@ -94,13 +94,17 @@ class _Checked(CompileResultCacheImpl):
 
 
 class _Cache(FunctionCache):
-    """Compiles anew what cannot be read, and goes on where nothing can be written."""
+    """Compiles anew what cannot be read, and goes on where nothing can be written.
+
+    Two processes that save at once can each take the same name for code of other argument types. Such code is not run.
+    """
 
     _impl_class = _Checked
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
-            return super().load_overload(sig, target_context)
+            found = super().load_overload(sig, target_context)
+            return found if found is None or found.signature.args == tuple(sig) else None
         except Exception:  # whatever damaged bytes lead to
             with suppress(OSError):
                 self.flush()
