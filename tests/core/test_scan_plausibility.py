@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
+from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.input_gate import PAUSE, InputGate, Refusals, ScanGate
 from collplan_core.loop.planner_loop import PlannerLoop
@@ -18,6 +19,7 @@ from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.scan_filters import masked_beams, upside_down, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
+from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -65,7 +67,8 @@ def judged(states, scans, taken=SETTINGS.scan) -> list[str]:
     reasons, memory = [], ScanMemory()
     for state, scan in zip(states, scans, strict=True):
         masked, beams = masked_beams(scan, taken), standing_at(state, scan)
-        reason, memory = judge_scan(memory, scan, masked, beams, state.velocity, SETTINGS.limits)
+        seen = seen_surfaces(on_wall_lines(scan), state, SETTINGS.local_map)
+        reason, memory = judge_scan(memory, scan, masked, beams, seen, state, SETTINGS.limits)
         reasons.append(reason)
     return reasons
 

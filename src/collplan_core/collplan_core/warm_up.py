@@ -10,6 +10,7 @@ import numpy as np
 from collplan_core.control.follow import ControllerMemory, boundary_reference, follow
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.contact_point import find_contact, passes_through
+from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop import motion_watch
 from collplan_core.loop.delay_prediction import motion_under_way
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
@@ -36,7 +37,7 @@ def warm_up() -> None:
     assert world.goal is not None, "the shipped arenas have a goal"
     state = State(0.0, np.array(world.start), np.array([0.1, 0.0]), 0.0)
     scan = simulate_scan(world, state, settings.lidar)
-    scan_plausibility.warm_up(scan, state, settings.limits)
+    scan_plausibility.warm_up(scan, seen_surfaces(scan, state, settings.local_map), state, settings.limits)
     wall_lines.warm_up(scan)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
     motion_under_way(state, np.zeros((1, 3)), 0.01, 0.01, local_map, settings)

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.surfaces import HIT, OPEN, Beams, Sweep
+from collplan_core.local_map.seen import SeenSurfaces
+from collplan_core.local_map.surfaces import HIT, OPEN, Sweep
 from collplan_core.plane import nearest_on_segment
 from collplan_core.sight_lines import place_towards
 
@@ -149,16 +150,16 @@ def _beams_at(place: float, m: int, sweep: Sweep) -> tuple[int, int]:
 
 
 @njit
-def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np.ndarray]:
+def _limits_by_beams(found: SeenSurfaces, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Returns the limit that the nearest beam sets in each of n directions (n,) [m], and the surface it saw (n,).
 
     Between two beams on one surface the pieces alone set the limit; elsewhere the nearest beam counts, so that a sparse
     scan does not leak past the end of a surface. For beams that begin at the centre; `_end_where_unseen` for others.
     """
-    kind, distance, joined, surface = beams.kind, beams.distance, beams.joined, beams.surface
+    sweep, kind, distance, joined = found.sweep, found.kind, found.distance, found.joined
     m = len(kind)
     limit, seen = np.full(n, math.inf), np.full(n, MAP_BORDER)
-    if len(beams.origins) > 0:
+    if len(found.origins) > 0:
         return limit, seen
     for k in range(n):
         place = ((2.0 * math.pi * k / n - sweep.first) % (2.0 * math.pi)) / sweep.step
@@ -168,36 +169,36 @@ def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np
         elif (before < m and joined[before]) or kind[nearest] == OPEN:
             continue
         elif kind[nearest] == HIT:
-            limit[k], seen[k] = distance[nearest], surface[nearest]
+            limit[k], seen[k] = distance[nearest], found.surface_of[nearest]
         else:
             limit[k], seen[k] = 0.0, UNSEEN_SURFACE
     return limit, seen
 
 
 @njit
-def _what_hides(x: float, y: float, beams: Beams, sweep: Sweep, guess: int) -> tuple[int, int]:
+def _what_hides(x: float, y: float, found: SeenSurfaces, guess: int) -> tuple[int, int]:
     """Returns the surface hiding a point from the beams beside it, MAP_BORDER where none does, and the nearest beam.
 
     Between two beams on one surface the farther of them counts, elsewhere the nearest beam.
     """
-    m = len(beams.kind)
-    place = place_towards(x, y, beams.origins, sweep.first, sweep.step, guess)
-    before, nearest = _beams_at(place, m, sweep)
+    m = len(found.kind)
+    place = place_towards(x, y, found.origins, found.sweep.first, found.sweep.step, guess)
+    before, nearest = _beams_at(place, m, found.sweep)
     if nearest < 0:
         return UNSEEN_SURFACE, guess
-    if beams.kind[nearest] == OPEN:
+    if found.kind[nearest] == OPEN:
         return MAP_BORDER, nearest
-    if beams.kind[nearest] != HIT:
+    if found.kind[nearest] != HIT:
         return UNSEEN_SURFACE, nearest
-    far = beams.distance[nearest]
-    if before < m and beams.joined[before]:
-        far = max(beams.distance[before], beams.distance[(before + 1) % m])
-    away = math.hypot(x - beams.origins[nearest, 0], y - beams.origins[nearest, 1])
-    return (beams.surface[nearest] if away > far else MAP_BORDER), nearest
+    far = found.distance[nearest]
+    if before < m and found.joined[before]:
+        far = max(found.distance[before], found.distance[(before + 1) % m])
+    away = math.hypot(x - found.origins[nearest, 0], y - found.origins[nearest, 1])
+    return (found.surface_of[nearest] if away > far else MAP_BORDER), nearest
 
 
 @njit
-def _end_where_unseen(beams: Beams, sweep: Sweep, radius: float, directions: np.ndarray, free: FreeSpace) -> None:
+def _end_where_unseen(found: SeenSurfaces, radius: float, directions: np.ndarray, free: FreeSpace) -> None:
     """Shortens the directions at the first place that no beam sees: beams that begin elsewhere see past other edges.
 
     The robot itself is where its disc is, which is therefore free.
@@ -208,14 +209,14 @@ def _end_where_unseen(beams: Beams, sweep: Sweep, radius: float, directions: np.
         ux, uy = directions[k]
         seen, t = 0.0, radius
         while t < reach[k]:
-            by, guess = _what_hides(t * ux, t * uy, beams, sweep, guess)
+            by, guess = _what_hides(t * ux, t * uy, found, guess)
             if by == MAP_BORDER:
                 seen, t = t, t + SIGHT_STEP
                 continue
             hidden = t
             while seen > 0.0 and hidden - seen > 1e-3:
                 middle = 0.5 * (seen + hidden)
-                if _what_hides(middle * ux, middle * uy, beams, sweep, guess)[0] == MAP_BORDER:
+                if _what_hides(middle * ux, middle * uy, found, guess)[0] == MAP_BORDER:
                     seen = middle
                 else:
                     hidden = middle
@@ -224,22 +225,19 @@ def _end_where_unseen(beams: Beams, sweep: Sweep, radius: float, directions: np.
 
 
 @njit
-def free_space(
-    pieces: np.ndarray, owner: np.ndarray, beams: Beams, sweep: Sweep, radius: float, box: np.ndarray, n: int
-) -> FreeSpace:
+def free_space(found: SeenSurfaces, radius: float, box: np.ndarray, n: int) -> FreeSpace:
     """F in n directions around the origin. Paper: II-A.
 
     Args:
-        pieces: (m, 4) straight pieces of the observed surfaces [m]; owner: (m,) number of the surface of each.
-        beams, sweep: results of the scan's beams, and their geometry.
-        radius: radius of the disc by which the pieces are grown [m].
+        found: the surfaces in the scan, seen from the origin.
+        radius: radius of the disc by which they are grown [m].
         box: (4,) the map's border x_min, y_min, x_max, y_max [m].
     """
     reach, border = np.empty(n), np.empty((n, 2))
     surface, normals, straight = np.empty(n, np.int64), np.zeros((n, 2)), np.zeros(n, np.bool_)
     free = FreeSpace(reach, border, surface, normals, straight)
     directions = np.empty((n, 2))
-    limits, seen = _limits_by_beams(beams, sweep, n)
+    limits, seen = _limits_by_beams(found, n)
     for k in range(n):
         ux, uy = math.cos(2.0 * math.pi * k / n), math.sin(2.0 * math.pi * k / n)
         directions[k, 0], directions[k, 1] = ux, uy
@@ -252,13 +250,13 @@ def free_space(
         if seen[k] == UNSEEN_SURFACE:
             normals[k, 0], normals[k, 1] = 0.0, 0.0
     beyond = math.hypot(max(-box[0], box[2]), max(-box[1], box[3])) + radius
-    for j in range(len(pieces)):
-        ax, ay, bx, by = pieces[j]
+    for j in range(len(found.pieces)):
+        ax, ay, bx, by = found.pieces[j]
         cx, cy = nearest_on_segment(ax, ay, bx, by, 0.0, 0.0)
         if math.hypot(cx, cy) < beyond:
-            _block(pieces[j], owner[j], radius, directions, free)
-    if len(beams.origins) > 0:
-        _end_where_unseen(beams, sweep, radius, directions, free)
+            _block(found.pieces[j], found.owner[j], radius, directions, free)
+    if len(found.origins) > 0:
+        _end_where_unseen(found, radius, directions, free)
     for k in range(n):
         border[k, 0], border[k, 1] = reach[k] * directions[k, 0], reach[k] * directions[k, 1]
     return free

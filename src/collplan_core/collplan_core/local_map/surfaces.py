@@ -30,25 +30,6 @@ class Sweep(NamedTuple):
     tolerance: float
 
 
-class Beams(NamedTuple):
-    """Results of the n beams of a scan.
-
-    Attributes:
-        kind: (n,) HIT, OPEN or UNSEEN.
-        distance: (n,) range of a hit, inf where open, 0 where unseen [m].
-        joined: (n,) whether beam i and the next one see one surface.
-        surface: (n,) number of the surface seen, -1 without a hit.
-        origins: (n, 3) where each begins x, y [m], seen from the centre of F, and how much farther than `Sweep` says it
-            is turned [rad]; (0, 3) where all begin at the robot's centre.
-    """
-
-    kind: np.ndarray
-    distance: np.ndarray
-    joined: np.ndarray
-    surface: np.ndarray
-    origins: np.ndarray
-
-
 @njit
 def beam_kinds(ranges: np.ndarray, range_min: float) -> tuple[np.ndarray, np.ndarray]:
     """Kind of each beam and its range: -Inf is a hit at range_min, +Inf is open, NaN is unseen."""
@@ -139,15 +120,16 @@ def _split(hits: np.ndarray, first: int, last: int, tolerance: float, corner: np
 @njit
 def fit_pieces(
     kind: np.ndarray, hits: np.ndarray, joined: np.ndarray, tolerance: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Straight pieces along every surface (split where it bends by more than the tolerance).
 
     Returns:
-        pieces (m, 4), the surface number of each piece (m,), the surface number of each beam (n,), -1 without a hit.
+        pieces (m, 4), the surface number of each piece (m,), the surface number of each beam (n,), -1 without a hit,
+        and the piece between whose ends each beam's hit lies (n,), -1 at the ends and without a hit.
         A surface of one hit is a piece of length 0.
     """
     n = len(kind)
-    surface_of = np.full(n, -1, np.int64)
+    surface_of, piece_of = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
     pieces = np.empty((n + 1, 4))
     owner = np.empty(n + 1, np.int64)
     corner = np.zeros(n, np.bool_)
@@ -174,8 +156,10 @@ def fit_pieces(
                 pieces[count, 0], pieces[count, 1] = hits[a % n, 0], hits[a % n, 1]
                 pieces[count, 2], pieces[count, 3] = hits[k % n, 0], hits[k % n, 1]
                 owner[count] = surface
+                for between in range(a + 1, k):
+                    piece_of[between % n] = count
                 count += 1
                 a = k
         surface += 1
         i = last + 1
-    return pieces[:count], owner[:count], surface_of
+    return pieces[:count], owner[:count], surface_of, piece_of

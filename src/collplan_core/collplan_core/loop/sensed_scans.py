@@ -5,7 +5,9 @@ from collections import deque
 from dataclasses import dataclass
 
 from collplan_core.control.permission import is_relocated
-from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.local_map import LocalMap
+from collplan_core.local_map.build import map_of_surfaces
+from collplan_core.local_map.seen import SeenSurfaces, seen_surfaces
 from collplan_core.parameters import LocalMapping, Settings
 from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
@@ -43,7 +45,7 @@ class SensedScans:
         self._span = span
         self._poses = PoseHistory(span)
         self._unplaced: list[tuple[Scan, float]] = []
-        self._scans: deque[Scan] = deque()
+        self._scans: deque[tuple[Scan, SeenSurfaces]] = deque()
         self._memory = ScanMemory()
         self._mapped: tuple[PlacedScan, LocalMapping] | None = None
         self._state: State | None = None
@@ -97,17 +99,19 @@ class SensedScans:
             if beams is None or state is None:
                 self._unplaced.append((scan, local))
                 continue
+            shown = on_wall_lines(placed(scan, beams, state, settings.scan))
+            seen = seen_surfaces(shown, state, local_mapping_of(settings))
             masked = masked_beams(scan, settings.scan)
-            reason, self._memory = judge_scan(self._memory, scan, masked, beams, state.velocity, settings.limits)
+            reason, self._memory = judge_scan(self._memory, scan, masked, beams, seen, state, settings.limits)
             self._judged.append((reason, local))
             if not reason:
-                self._keep(placed(scan, beams, state, settings.scan))
+                self._keep(shown, seen)
 
-    def _keep(self, scan: Scan) -> None:
-        if self._scans and scan.stamp <= self._scans[-1].stamp:
+    def _keep(self, scan: Scan, seen: SeenSurfaces) -> None:
+        if self._scans and scan.stamp <= self._scans[-1][0].stamp:
             self._scans.clear()
-        self._scans.append(on_wall_lines(scan))
-        while self._scans[0].stamp < scan.stamp - self._span:
+        self._scans.append((scan, seen))
+        while self._scans[0][0].stamp < scan.stamp - self._span:
             self._scans.popleft()
 
     @property
@@ -120,27 +124,31 @@ class SensedScans:
         """Stamp of the newest scan that was not refused [s]; None before the first."""
         if self._unplaced:
             return self._unplaced[-1][0].stamp
-        return self._scans[-1].stamp if self._scans else None
+        return self._scans[-1][0].stamp if self._scans else None
 
     def newest_placed(self, after: float = -math.inf, until: float = math.inf) -> tuple[Scan, State] | None:
         """The newest scan whose poses are known, and the pose at its stamp, which is in (after, until] [s]."""
-        for scan in reversed(self._scans):
-            state = self._poses.at(scan.stamp) if after < scan.stamp <= until else None
-            if state is not None:
-                return scan, state
-        return None
+        found = self._newest(after, until)
+        return found[:2] if found else None
 
     def newest_mapped(self, settings: Settings, after: float = -math.inf, until: float = math.inf) -> PlacedScan | None:
         """The newest scan of that time with its local map, which is made once for all loops that ask for it."""
-        found, mapping = self.newest_placed(after, until), local_mapping_of(settings)
+        found, mapping = self._newest(after, until), local_mapping_of(settings)
         if found is None:
             return None
-        scan, state = found
+        scan, state, seen = found
         if self._mapped is not None and self._mapped[0].scan is scan and self._mapped[1] == mapping:
             return self._mapped[0]
-        made = PlacedScan(scan, state, build_local_map(scan, state, settings.robot, mapping))
+        made = PlacedScan(scan, state, map_of_surfaces(seen, state, settings.robot, mapping))
         self._mapped = made, mapping
         return made
+
+    def _newest(self, after: float, until: float) -> tuple[Scan, State, SeenSurfaces] | None:
+        for scan, seen in reversed(self._scans):
+            state = self._poses.at(scan.stamp) if after < scan.stamp <= until else None
+            if state is not None:
+                return scan, state, seen
+        return None
 
     def pose_at(self, stamp: float) -> State | None:
         """The pose at this stamp [s]; None where it is not known, as before a relocation."""

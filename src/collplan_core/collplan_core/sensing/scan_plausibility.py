@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
 from collplan_core.sensing.scan_consistency import Consistency, scan_consistency
@@ -46,7 +47,13 @@ class ScanMemory:
 
 
 def judge_scan(
-    memory: ScanMemory, scan: Scan, masked: np.ndarray, beams: np.ndarray, velocity: np.ndarray, limits: Limits
+    memory: ScanMemory,
+    scan: Scan,
+    masked: np.ndarray,
+    beams: np.ndarray,
+    seen: SeenSurfaces,
+    state: State,
+    limits: Limits,
 ) -> tuple[str, ScanMemory]:
     """Returns the reason why a scan is implausible, "" where it is plausible, and the memory for the next scan.
 
@@ -55,18 +62,19 @@ def judge_scan(
         scan: the scan.
         masked: (n,) whether a beam is masked: it need not show a wall.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, of `beam_poses`.
-        velocity: (2,) of the robot [m/s].
+        seen: the surfaces in the scan.
+        state: the robot at its stamp.
         limits: the shares of beams that may be lost or miss a wall.
     """
     memory = _with_ranges(memory, scan, beams)
     reason = _lost(scan, masked, limits) or _frozen(memory, scan, beams)
     if reason:
         return reason, memory
-    now = wall_of_each_beam(scan, beams)
+    now = wall_of_each_beam(seen, scan, state.position)
     if memory.walls:
         walls = np.concatenate([walls for _, walls in memory.walls])
         seen_by = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max
-        x, y = velocity.tolist()
+        x, y = state.velocity.tolist()
         found = scan_consistency(walls, now, scan.ranges, masked, beams, seen_by, (x, y))
         reason = _missing(found, limits)
         if reason:
@@ -142,9 +150,9 @@ def _late(found: Consistency, scan: Scan) -> str:
     return f"it shows what was seen {found.delay:.2f} s before its stamp: {swept}scan.stamp_offset?"
 
 
-def warm_up(scan: Scan, state: State, limits: Limits) -> None:
+def warm_up(scan: Scan, seen: SeenSurfaces, state: State, limits: Limits) -> None:
     """Compiles the comparison by two scans of one place, so that the second scan of a node is not late."""
     beams = np.tile((*state.position.tolist(), state.yaw), (len(scan.ranges), 1))
     masked = np.zeros(len(scan.ranges), bool)
-    _, memory = judge_scan(ScanMemory(), scan, masked, beams, state.velocity, limits)
-    judge_scan(memory, scan, masked, beams, state.velocity, limits)
+    _, memory = judge_scan(ScanMemory(), scan, masked, beams, seen, state, limits)
+    judge_scan(memory, scan, masked, beams, seen, state, limits)

@@ -1,0 +1,96 @@
+"""The surfaces that one scan shows, found once for the local map and for the plausibility of scans."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.surfaces import HIT, Sweep, beam_kinds, find_surfaces, fit_pieces
+from collplan_core.parameters import LocalMapping
+from collplan_core.plane import rotate_rows
+from collplan_core.scan import Scan
+from collplan_core.sight_lines import repeats_first
+from collplan_core.state import State
+
+
+class SeenSurfaces(NamedTuple):
+    """What the n beams of a scan met, in counter-clockwise order, along the world's axes from the robot's centre.
+
+    Attributes:
+        stamp: stamp of the scan [s].
+        sweep: geometry of the beams.
+        kind: (n,) HIT, OPEN or UNSEEN.
+        distance: (n,) range of a hit, inf where open, 0 where unseen [m].
+        hits: (n, 2) points met [m]; zero without a hit.
+        joined: (n,) whether beam i and the next one see one surface.
+        pieces: (m, 4) straight pieces x0, y0, x1, y1 along the surfaces [m].
+        owner: (m,) number of the surface a piece is of.
+        surface_of: (n,) number of the surface a beam met, -1 without a hit.
+        piece_of: (n,) number of the piece between whose ends a beam met it, -1 at its ends and without a hit.
+        origins: (n, 3) where each begins x, y [m], and how much farther than `sweep` says it is turned [rad]; (0, 3)
+            where all begin at the robot's centre.
+    """
+
+    stamp: float
+    sweep: Sweep
+    kind: np.ndarray
+    distance: np.ndarray
+    hits: np.ndarray
+    joined: np.ndarray
+    pieces: np.ndarray
+    owner: np.ndarray
+    surface_of: np.ndarray
+    piece_of: np.ndarray
+    origins: np.ndarray
+
+
+def seen_surfaces(scan: Scan, state: State, mapping: LocalMapping) -> SeenSurfaces:
+    """The surfaces in a scan from the pose at its stamp. Each beam begins where the sensor was at its instant."""
+    ranges, first, step = scan.ranges, scan.angle_min + state.yaw, scan.angle_increment
+    beams = _around_robot(scan, state)
+    if step < 0.0:
+        ranges, first, step, beams = ranges[::-1], first + step * (len(ranges) - 1), -step, beams[::-1]
+    if repeats_first(len(ranges), step):
+        ranges, beams = ranges[:-1], beams[: len(ranges) - 1]
+    closed = abs(step * len(ranges) - 2 * math.pi) < 0.5 * step
+    sweep = Sweep(first, step, closed, scan.range_min, mapping.grazing_angle, mapping.surface_tolerance)
+    return _see(scan.stamp, np.ascontiguousarray(ranges), sweep, np.ascontiguousarray(beams))
+
+
+def _around_robot(scan: Scan, state: State) -> np.ndarray:
+    """(n, 3) x, y [m], seen from the robot's centre along the world's axes, and yaw [rad], seen from the robot's.
+
+    Of the sensor at each beam; (0, 3) where it is at the robot's centre all the time.
+    """
+    if scan.sensor_poses is None:
+        return np.zeros((0, 3))
+    return np.column_stack([rotate_rows(scan.sensor_poses[:, :2], state.yaw), scan.sensor_poses[:, 2]])
+
+
+@njit
+def _see(stamp: float, ranges: np.ndarray, sweep: Sweep, origins: np.ndarray) -> SeenSurfaces:
+    kind, distance = beam_kinds(ranges, sweep.range_min)
+    hits = np.zeros((len(ranges), 2))
+    for i in range(len(ranges)):
+        if kind[i] == HIT:
+            bearing = sweep.first + i * sweep.step
+            if len(origins) > 0:
+                bearing += origins[i, 2]
+            hits[i, 0] = distance[i] * math.cos(bearing)
+            hits[i, 1] = distance[i] * math.sin(bearing)
+            if len(origins) > 0:
+                hits[i, 0] += origins[i, 0]
+                hits[i, 1] += origins[i, 1]
+    joined = find_surfaces(kind, distance, hits, sweep)
+    pieces, owner, surface_of, piece_of = fit_pieces(kind, hits, joined, sweep.tolerance)
+    return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins)
+
+
+@njit
+def seen_from(seen: SeenSurfaces, x: float, y: float) -> SeenSurfaces:
+    """The surfaces from a point x, y [m] in place of the robot's centre."""
+    stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins = seen
+    hits, pieces = hits - np.array([x, y]), pieces - np.array([x, y, x, y])
+    origins = origins - np.array([x, y, 0.0])
+    return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins)
