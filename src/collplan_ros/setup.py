@@ -39,6 +39,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
+            "base_node = collplan_ros.executables:base_node",
             "mocap_node = collplan_ros.executables:mocap_node",
             "lidar_node = collplan_ros.executables:lidar_node",
             "planner_node = collplan_ros.executables:planner_node",

@@ -2,6 +2,7 @@
 
 from collplan_core.command_line import Executable
 
+base_node = Executable("collplan_ros.nodes.base_node")
 mocap_node = Executable("collplan_ros.nodes.mocap_node")
 lidar_node = Executable("collplan_ros.nodes.lidar_node")
 planner_node = Executable("collplan_ros.nodes.planner_node")

@@ -2,6 +2,7 @@
 
 from collplan_core.parameters.groups import (
     GROUPS,
+    Base,
     Cap,
     Control,
     Driver,
@@ -31,6 +32,7 @@ from collplan_core.parameters.spec import ParameterError
 
 __all__ = [
     "GROUPS",
+    "Base",
     "Cap",
     "Control",
     "Driver",

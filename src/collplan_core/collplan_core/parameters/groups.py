@@ -16,6 +16,7 @@ from collplan_core.strategies import NAMES
 _PART = r"(?:[A-Za-z_]|\{(?:node|ns|namespace)\})(?:\w|\{(?:node|ns|namespace)\})*"
 TOPIC = re.compile(rf"~|(?:~?/)?{_PART}(?:/{_PART})*", re.ASCII)
 """Names of topics that ROS accepts: design.ros2.org, Topic and Service Names."""
+A_TOPIC = "expected a name of ROS: letters, digits, _ and /; no part begins with a digit or is empty"
 LONGEST_TOPIC = 247
 """Characters of a topic's name that the middleware accepts."""
 
@@ -253,11 +254,16 @@ class Mocap(Parameters):
     body_offset_y: float = parameter(0.0, "The measured body's origin seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi)
     accept_frozen: bool = parameter(False, "Accept a pose that equals the last one to the last bit; true for a simulation without noise. Format odometry always does", live=True)
+    localised: bool = parameter(False, "A localisation ties mocap.frame, as odom, to frames.map on /tf: poses are moved by the newest transform between them; requires tf2_msgs")
+    largest_correction: float = parameter(0.3, "Largest change of the robot's place by one correction of the localisation; beyond it the robot counts as carried", unit="m", low=0.01, high=10.0)
+    slip_time: float = parameter(0.0, "Time after an impact for which odometry is not believed, as wheels slip then; 0 for a motion capture", unit="s", low=0.0, high=0.5)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not TOPIC.fullmatch(self.topic) or len(self.topic) > LONGEST_TOPIC:
-            raise ParameterError(f"mocap.topic: got {self.topic!r}, expected a name of ROS: letters, digits, _ and /; no part begins with a digit or is empty")
+            raise ParameterError(f"mocap.topic: got {self.topic!r}, {A_TOPIC}")
+        if self.localised and not self.frame:
+            raise ParameterError("mocap.frame: got '', expected the frame of the odometry, as odom, where mocap.localised is true")
 
 
 @dataclass(frozen=True)
@@ -385,6 +391,25 @@ class Driver(Parameters):
 
 
 @dataclass(frozen=True)
+class Base(Parameters):
+    """A robot of any make that takes velocities in its body frame; for base_node."""
+
+    group = "base"
+    topic: str = parameter("/cmd_vel", "Topic on which the base takes velocities")
+    stamped: bool = parameter(False, "The base takes TwistStamped instead of Twist")
+    rate: float = parameter(20.0, "Velocities sent per second, also while they are zero", unit="Hz", low=1.0, high=200.0)
+    watchdog: float = parameter(0.5, "Silence after which the base stops by itself: base.rate sends at least twice in it. 0 where it has no watchdog", unit="s", low=0.0, high=10.0)
+    runaway_time: float = parameter(0.5, "Time beyond the way to brake after which a base that was told to stand and moves is held as one that does not obey", unit="s", low=0.1, high=5.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not TOPIC.fullmatch(self.topic) or len(self.topic) > LONGEST_TOPIC:
+            raise ParameterError(f"base.topic: got {self.topic!r}, {A_TOPIC}")
+        if 0.0 < self.watchdog * self.rate < 2.0:
+            raise ParameterError(f"base.rate: got {self.rate:g}, expected at least {2.0 / self.watchdog:g} Hz: two velocities in base.watchdog")
+
+
+@dataclass(frozen=True)
 class Emulator(Parameters):
     """The emulated firmware around the simulated robot, and the faults it is asked for. Rates of faults hold in both directions."""
 
@@ -461,7 +486,7 @@ class Trial(Parameters):
 
 GROUPS: tuple[type[Parameters], ...] = (
     Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, ScanInput, Lidar, Simulation, Kinematics,
-    Driver, Emulator, Frames, View, Teleop, Trial,
+    Driver, Base, Emulator, Frames, View, Teleop, Trial,
 )
 
 
@@ -485,6 +510,7 @@ class Settings:
     simulator: Simulation = Simulation()
     kinematics: Kinematics = Kinematics()
     driver: Driver = Driver()
+    base: Base = Base()
     emulator: Emulator = Emulator()
     frames: Frames = Frames()
     view: View = View()

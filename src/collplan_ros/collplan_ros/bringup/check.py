@@ -58,7 +58,7 @@ def check(options: Options, progress: Progress) -> int:
     if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise StartError("--check: asks before it moves the robot, so it needs a terminal, or --yes")
     preparation = _prepared(options)
-    given = read_parameters(options.params, options.namespace) if options.params else {}
+    given = read_parameters(options.params, options.graph) if options.params else {}
     folder = RunFolder(options.out, preparation.settings)
     try:
         with Graph(preparation, folder, progress) as graph:

@@ -13,7 +13,7 @@ from rclpy.executors import Executor
 from collplan_core.clock_steps import SendTimes
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import LIDAR
-from collplan_ros.bringup.preparation import REMAPPED, Preparation
+from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.processes import NodeLogs
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.stepped_nodes import SteppedNodes
@@ -71,7 +71,7 @@ class Listener:
         with ExitStack() as stack:
             stack.callback(context.try_shutdown)
             clock = preparation.simulated_time if preparation.checks else []
-            arguments = ["--ros-args", *REMAPPED, *clock]
+            arguments = ["--ros-args", *preparation.remapped, *clock]
             try:
                 quietly = ["--ros-args", "--disable-stdout-logs"] if preparation.in_one_process else []
                 context.init(args=quietly)

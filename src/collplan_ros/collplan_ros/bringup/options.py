@@ -15,7 +15,7 @@ from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
 from collplan_ros.node_kit.node_names import namespace_from
 
-SERIAL, SIMULATOR = "serial", "simulator_node"
+SERIAL, BASE, SIMULATOR = "serial", "base", "simulator_node"
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,8 @@ class RobotKind:
         emulated: whether a pseudo-terminal replaces the serial device.
         values: parameters set for this robot, by key.
         in_one_process: whether its nodes can run in bringup's process, where simulated time waits for them.
+        namespace: default namespace of its graph.
+        outside: topics that its own nodes publish without a namespace, where the graph has that default.
     """
 
     nodes: tuple[str, ...]
@@ -38,6 +40,8 @@ class RobotKind:
     emulated: bool = False
     values: Mapping[str, object] = field(default_factory=dict)
     in_one_process: bool = False
+    namespace: str = "/"
+    outside: tuple[str, ...] = ()
 
 
 SPEED_FACTOR = "simulator.speed_factor"
@@ -53,7 +57,9 @@ ROBOTS = {
     "emulator": EMULATOR,
     "emulator:c": replace(EMULATOR, values={**EMULATOR.values, "emulator.firmware": "c"}),
 }
-EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH or {SERIAL}:PATH@BAUD"
+ANY_BASE = RobotKind(nodes=("base_node",), simulated=False, network=None, namespace="/collplan", outside=("scan",))
+"""Its own cmd_vel is another topic than the one of the graph, which is therefore in a namespace."""
+EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH, {SERIAL}:PATH@BAUD or {BASE}:TOPIC"
 FIRST_SPEED = 0.3
 """Highest robot.max_speed of a robot that is not simulated, unless --max-speed is given [m/s]."""
 COMMANDER, PLANNER = "controller_node", "planner_node"
@@ -69,7 +75,7 @@ VIEWER = "view_node"
 
 
 def robot_kind(spec: str) -> RobotKind:
-    """The robot kind for sim, emulator, serial:PATH or serial:PATH@BAUD.
+    """The robot kind for sim, emulator, serial:PATH, serial:PATH@BAUD or base:TOPIC.
 
     Raises:
         StartError: another specification.
@@ -77,6 +83,8 @@ def robot_kind(spec: str) -> RobotKind:
     if spec in ROBOTS:
         return ROBOTS[spec]
     name, _, device = spec.partition(":")
+    if name == BASE and device:
+        return replace(ANY_BASE, values={"base.topic": device})
     path, at, rate = device.rpartition("@") if "@" in device else (device, "", "")
     if name != SERIAL or not path or (at and not rate.isdecimal()):
         raise StartError(f"robot {spec!r}: unknown, expected one of {EXPECTED}")
@@ -154,10 +162,10 @@ class Options:
         type=float,
         metavar="V",
     )
-    namespace: str = _option(
+    namespace: str | None = _option(
         "--namespace",
-        "/",
-        "namespace of all nodes and topics, as robot1: one for each robot of a domain (default none)",
+        None,
+        "namespace of all nodes and topics, as robot1: one for each robot of a domain (default none; base: collplan)",
         type=partial(_checked, namespace_from),
         metavar="NAME",
     )
@@ -179,6 +187,11 @@ class Options:
     view: bool = _option("--view", False, "show the run in a browser, at the printed address (view.port)")
     journal: bool = _option("--no-journal", True, "do not record what replay needs (planner.journal: false)")
     again: bool = _option("--again", False, "drive to and fro until Ctrl-C; simulated robots only")
+
+    @property
+    def graph(self) -> str:
+        """Namespace of the graph, with its leading slash."""
+        return self.namespace if self.namespace is not None else robot_kind(self.robot).namespace
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -234,6 +247,8 @@ examples:
       the real robot, slow, its LIDAR simulated in the world of a file
   bringup --robot serial:/dev/ttyUSB0 --scan real --goal 1.0 0.5 --network subnet --params lab.yaml
       the real robot and its own LIDAR, whose driver runs already
+  bringup --robot base:/cmd_vel --scan real --goal 1.0 0.5 --network local --params base.yaml
+      any robot that takes cmd_vel; the graph is in the namespace collplan
   bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
       the last run's parameters, and a goal, which no file holds
   bringup --check --robot serial:/dev/ttyUSB0 --network subnet --params mocap.yaml
@@ -270,7 +285,8 @@ def parse(args: Sequence[str] | None = None) -> Options:
     """The options on a command line without the program's name; sys.argv's when None."""
     parser = _parser()
     given = vars(parser.parse_args(args))
-    goal, given["namespace"] = given.pop("goal"), namespace_from(given["namespace"])
+    goal, namespace = given.pop("goal"), given["namespace"]
+    given["namespace"] = None if namespace is None else namespace_from(namespace)
     try:
         return Options(goal=None if goal is None else _point(goal), **given)
     except ValueError:

@@ -88,6 +88,12 @@ class Preparation:
         """Arguments by which a node follows the simulation's clock, where there is one."""
         return ["-p", "use_sim_time:=true"] if self.settings.simulator.publishes_clock else []
 
+    @property
+    def remapped(self) -> list[str]:
+        """Arguments by which a node finds the topics that are not in the graph's namespace."""
+        outside = self.robot.outside if self.namespace == self.robot.namespace else ()
+        return [*REMAPPED, *(word for topic in outside for word in ("-r", f"{topic}:=/{topic}"))]
+
     def full_name(self, node: str) -> str:
         """Full name of a node of this graph."""
         return full_name(self.namespace, node)
@@ -98,7 +104,7 @@ class Preparation:
 
     def arguments(self, name: str, folder: RunFolder) -> list[str]:
         """The arguments of a node, whose parameters are in a run folder."""
-        ours = ["--params-file", str(folder.parameters), "-r", f"__ns:={self.namespace}", *REMAPPED]
+        ours = ["--params-file", str(folder.parameters), "-r", f"__ns:={self.namespace}", *self.remapped]
         link = self.robot.emulated and name in SERIAL_ENDS
         serial = ["-p", f"{SERIAL_ENDS[name]}:={folder.serial}"] if link else []
         return ["--ros-args", *ours, *self.simulated_time, *serial]
@@ -118,7 +124,7 @@ def prepare(options: Options) -> Preparation:
         raise StartError(why)
     asked, chosen = options.asked(robot.simulated), options.values()
     try:
-        given = read_parameters(options.params, options.namespace) if options.params else {}
+        given = read_parameters(options.params, options.graph) if options.params else {}
         _refuse_unsaid(options, robot)
         settings, speed = _slow(_settings(options, robot, given, chosen), options, robot, given)
         world = load_world(settings.simulator.world)
@@ -130,9 +136,7 @@ def prepare(options: Options) -> Preparation:
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     steps = _steps(options, robot), options.real_time or options.view
-    return Preparation(
-        robot, network, settings, world, goal, found, asked, options.namespace, speed, options.check, *steps
-    )
+    return Preparation(robot, network, settings, world, goal, found, asked, options.graph, speed, options.check, *steps)
 
 
 def find_executable(name: str) -> str:

@@ -34,8 +34,9 @@ NEWEST_PUBLISHED = _profile(50)
 # states, as goal_status, robot/state, controller/state, planner/markers: a late listener gets the present one
 LATCHED = _profile(1, latched=True)
 
-# /tf: as tf2_ros publishes it
+# /tf and /tf_static: as tf2_ros publishes them
 TRANSFORMS = _profile(100)
+LATCHED_TRANSFORMS = _profile(100, latched=True)
 
 # planner/journal, controller/journal: a recorder receives it from the node's first cycle on, even if discovered late
 JOURNAL = _profile(200, latched=True)

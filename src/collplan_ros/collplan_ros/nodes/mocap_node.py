@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import TransformStamped, Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -14,8 +15,9 @@ from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
 from collplan_core.impact import Impact
-from collplan_core.parameters import Frames, Limits, Mocap, Robot
+from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
+from collplan_core.sensing.localised import FrameInMap, moved_impact, moved_state
 from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
 from collplan_core.sensing.pose_filter import (
     FRESH,
@@ -37,6 +39,28 @@ from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.nodes.localisation import Localisation
+
+
+def in_map(result: FilterResult, frame: FrameInMap) -> FilterResult:
+    """A result of the filter in the frame of an odometry, moved to the map.
+
+    The filter sees the odometry alone, so that a correction of the localisation is neither a leap nor an impact.
+    """
+    state = None if result.state is None else moved_state(result.state, frame)
+    impact = None if result.impact is None else moved_impact(result.impact, frame)
+    return replace(result, state=state, impact=impact)
+
+
+def check_slip(settings: Settings) -> None:
+    """Checks that a robot whose odometry slips is not stopped for lost poses meanwhile.
+
+    Raises:
+        ParameterError: it would be.
+    """
+    slip, age = settings.mocap.slip_time, settings.limits.pose_age
+    if slip >= age:
+        raise ParameterError(f"mocap.slip_time: got {slip:g}, expected less than limits.pose_age, {age:g} s")
 
 
 def frame_broadcast(node: Node) -> Callable[[Odometry], None]:
@@ -72,7 +96,7 @@ class MocapNode(GraphNode):
     """Subscribes mocap.topic; publishes mocap/odom or mocap/refused for a pose, impact and impact/contact."""
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__("mocap_node", GROUPS, LIVE, **kwargs)
+        super().__init__("mocap_node", GROUPS, LIVE, check_slip, **kwargs)
         self._memory = FRESH
         self._newest: MeasuredPose | None = None
         self._repeats = 0
@@ -90,6 +114,10 @@ class MocapNode(GraphNode):
         mocap = self._settings.mocap
         self._read = FORMATS[mocap.format].read
         self._inputs = Inputs(self)
+        ours = self._settings.frames.map
+        self._localisation = Localisation(self._inputs, ours, mocap.frame) if mocap.localised else None
+        self._frame: FrameInMap | None = None
+        self._slips_until = -math.inf
         self._inputs.listen(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
         warm_up()
         self._begin()
@@ -142,7 +170,20 @@ class MocapNode(GraphNode):
         self._watch_stamps(sample.stamp, received)
         if result.kidnapped:
             self._refusal.publish(String(data=f"{KIDNAPPED}: {described_pose(sample)}"))
+        if self._localisation is not None:
+            result = in_map(result, self._corrected(sample))
         self._publish(sample.stamp, result)
+
+    def _corrected(self, sample: PoseSample) -> FrameInMap:
+        """The odometry's frame in the map; reports a correction that is too large to be one."""
+        assert self._localisation is not None, "only with one"
+        before, self._frame = self._frame, self._localisation.known()
+        if before is not None and before != self._frame:
+            moved = float(np.hypot(*(self._frame.position(sample.position) - before.position(sample.position))))
+            if moved > self._settings.mocap.largest_correction:
+                limit = f"mocap.largest_correction {self._settings.mocap.largest_correction:g} m"
+                self._refusal.publish(String(data=f"{KIDNAPPED}: the localisation moved it by {moved:.2f} m, {limit}"))
+        return self._frame
 
     def _watch_stamps(self, stamp: float, received: float) -> None:
         """Reports stamps that do not run as time does."""
@@ -157,8 +198,11 @@ class MocapNode(GraphNode):
     def _publish(self, stamp: float, result: FilterResult) -> None:
         self._counts["relocations"] += result.relocated
         if result.impact is not None:
+            self._slips_until = stamp + self._settings.mocap.slip_time
             self._publish_impact(stamp, result.impact)
-        if result.state is not None:
+        if stamp < self._slips_until:
+            self._counts["slipping"] += 1
+        elif result.state is not None:
             self._publish_state(result.state, result)
 
     def _publish_impact(self, stamp: float, impact: Impact) -> None:
@@ -207,7 +251,10 @@ class MocapNode(GraphNode):
     def _too_slow(self) -> str:
         """Returns why no pose is passed on: poses come too far apart to give a velocity."""
         limit = self._settings.limits.pose_age
-        return f"poses come {self._longest_gap:.2f} s apart, expected less than limits.pose_age {limit:g} s"
+        what = f"poses come {self._longest_gap:.2f} s apart, expected less than limits.pose_age {limit:g} s"
+        if self._settings.mocap.format == "odometry":
+            return what
+        return f"{what}: of a localisation use the odometry beside it (mocap.format odometry, mocap.localised)"
 
 
 def main(args: list[str] | None = None) -> int:

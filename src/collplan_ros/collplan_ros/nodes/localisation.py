@@ -1,0 +1,68 @@
+"""The frame of an odometry in the map, by the newest transform that a localisation broadcasts; without tf2_ros."""
+
+from typing import Any
+
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.sensing.localised import FrameInMap
+from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
+from collplan_ros.messages.qos import LATCHED_TRANSFORMS, TRANSFORMS
+from collplan_ros.messages.reading import MessageError, seconds_from_stamp
+from collplan_ros.node_kit.input_watch import EVENT
+from collplan_ros.node_kit.inputs import Inputs
+
+UNLOCALISED = "unlocalised"
+"""Reason of a pose that is refused because its frame is not known in the map yet."""
+TOLERANCE = 1e-3
+"""Largest deviation of a quaternion's norm from 1."""
+
+
+class Localisation:
+    """Listens on /tf and /tf_static for the transform from one frame to another.
+
+    Attributes:
+        frame: pose of the child in the parent; None before the first transform.
+        corrections: number of transforms that changed it.
+    """
+
+    def __init__(self, inputs: Inputs, parent: str, child: str) -> None:
+        """Subscribes through `inputs`.
+
+        Raises:
+            ParameterError: tf2_msgs is not installed.
+        """
+        try:
+            from tf2_msgs.msg import TFMessage
+        except ImportError:
+            raise ParameterError("mocap.localised: got True, expected False where tf2_msgs is not installed") from None
+        self.frame: FrameInMap | None = None
+        self.corrections = 0
+        self._parent, self._child = parent, child
+        inputs.listen(TFMessage, "/tf", self._take, TRANSFORMS, EVENT)
+        inputs.listen(TFMessage, "/tf_static", self._take, LATCHED_TRANSFORMS, EVENT)
+
+    def _take(self, message: Any) -> None:
+        for each in message.transforms:
+            if (each.header.frame_id, each.child_frame_id) != (self._parent, self._child):
+                continue
+            shift, turn = each.transform.translation, each.transform.rotation
+            position, quaternion = (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
+            try:
+                pose = check_pose_fields(seconds_from_stamp(each.header.stamp), position, quaternion, TOLERANCE)
+            except PoseError as error:
+                raise MessageError(f"transform from {self._parent} to {self._child}: {error}") from None
+            x, y = pose.position.tolist()
+            frame = FrameInMap(x, y, pose.yaw)
+            self.corrections += frame != self.frame
+            self.frame = frame
+
+    def known(self) -> FrameInMap:
+        """The pose of the child in the parent.
+
+        Raises:
+            PoseError: there was no transform yet.
+        """
+        if self.frame is None:
+            raise PoseError(
+                UNLOCALISED, f"no transform from {self._parent} to {self._child} on /tf yet: does a localisation run?"
+            )
+        return self.frame

@@ -1,0 +1,160 @@
+"""base_node alone: between cmd_vel and a base that takes velocities, and nothing else."""
+
+import math
+
+import numpy as np
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Trigger
+
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.state import State
+from collplan_ros.messages.conversions import state_to_odometry
+from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_PUBLISHED
+from collplan_ros.messages.reading import twist_of
+from collplan_ros.node_kit.clock import seconds, steady_clock
+from collplan_ros.nodes.base_node import BaseNode
+from node_health import NodeHealth
+
+TOPIC = "/base/cmd_vel"
+
+
+class BaseBench:
+    """The node, a base that takes what it sends, and its commander."""
+
+    def __init__(self, ros, listens=True, **parameters):
+        self.ros = ros
+        kind = TwistStamped if parameters.get("base.stamped") else Twist
+        self.taken = ros.listen(kind, TOPIC) if listens else []
+        self.states = ros.listen(DiagnosticStatus, "robot/state", LATCHED)
+        self.health = NodeHealth(ros, "/base_node")
+        self.node = ros.make(BaseNode, {"base.topic": TOPIC, **parameters})
+        self.commands = ros.publisher(Twist, "cmd_vel", NEWEST)
+        self.poses = ros.publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
+        self.velocity = None
+        ros.probe.create_timer(0.05, self._command)
+
+    def _command(self):
+        if self.velocity is not None:
+            twist = Twist()
+            twist.linear.x, twist.linear.y = self.velocity
+            self.commands.publish(twist)
+
+    @property
+    def state(self):
+        return self.states[-1].message if self.states else ""
+
+    @property
+    def speed(self):
+        linear = twist_of(self.taken[-1]).linear
+        return math.hypot(linear.x, linear.y)
+
+    def until(self, condition):
+        assert self.ros.wait_until(condition, 30.0), self.state
+
+    def resume(self):
+        return self.ros.call(Trigger, "resume")
+
+    def go(self):
+        """Until a velocity is sent on, after somebody has let it move."""
+        self.velocity = (0.4, 0.2)
+        self.until(lambda: self.resume().success)
+        self.until(lambda: self.taken and self.speed > 0.4)
+
+    def moves_at(self, speed):
+        state = State(seconds(self.ros.probe.get_clock()), np.zeros(2), np.array([speed, 0.0]), 0.0)
+        self.poses.publish(state_to_odometry(state, "map", "base_link", 0.0))
+        self.ros.spin(0.02)
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+def test_it_sends_commands_on_and_zero_whenever_it_may_not_move(ros, stamped):
+    bench = BaseBench(ros, **{"base.stamped": stamped})
+    bench.velocity = (0.4, 0.2)
+    bench.until(lambda: len(bench.taken) > 10)
+    assert all(not twist_of(each).linear.x for each in bench.taken), "held until somebody lets it move"
+    bench.go()
+    for stop, again in (("estop", "clear_estop"), ("estop", "clear_estop")):
+        assert ros.call(Trigger, stop).success
+        sent = len(bench.taken)
+        bench.until(lambda sent=sent: len(bench.taken) > sent + 10)
+        assert all(not twist_of(each).linear.x for each in bench.taken[sent + 2 :])
+        assert ros.call(Trigger, again).success
+        bench.go()
+    bench.velocity = None
+    bench.until(lambda: bench.speed == 0.0)  # the last command has expired
+    if stamped:
+        assert bench.taken[-1].header.frame_id == "base_link"
+        assert bench.taken[-1].header.stamp.sec > 0
+
+
+def test_zero_goes_on_at_the_rate_that_the_watchdog_of_a_base_needs(ros):
+    bench = BaseBench(ros, **{"base.rate": 40.0})
+    bench.until(lambda: bench.taken)
+    clock, before = steady_clock(), len(bench.taken)
+    begun = seconds(clock)
+    bench.until(lambda: len(bench.taken) >= before + 40)
+    assert 40 / 60.0 < seconds(clock) - begun < 5.0
+
+
+def test_a_base_that_drives_on_after_zero_is_held_and_told(ros):
+    bench = BaseBench(ros)
+    bench.go()
+    bench.moves_at(0.45)
+    bench.velocity = (0.0, 0.0)
+    bench.until(lambda: bench.speed == 0.0)
+    begun = seconds(steady_clock())
+    while "drives on" not in bench.state:
+        bench.moves_at(0.45)
+        assert seconds(steady_clock()) - begun < 20.0
+    # 0.45 / 1.5 to brake, three lags, and base.runaway_time
+    assert seconds(steady_clock()) - begun > 0.3 + 0.3 + 0.5 - 0.1
+    assert "Stop it by hand" in bench.state
+
+
+def test_a_base_that_stands_or_brakes_in_time_is_not(ros):
+    bench = BaseBench(ros)
+    bench.go()
+    bench.velocity = (0.0, 0.0)
+    for k in range(60):
+        bench.moves_at(max(0.05, 0.45 - 0.03 * k))
+    assert "drives on" not in bench.state
+
+
+def test_nobody_listens_and_somebody_else_sends(ros):
+    deaf = BaseBench(ros, listens=False)
+    deaf.velocity = (0.4, 0.0)
+    answer = deaf.resume()
+    assert not answer.success
+    assert TOPIC in answer.message
+    deaf.taken = ros.listen(Twist, TOPIC)
+    deaf.go()
+    other = ros.add(rclpy.create_node("navigation", context=ros.context))
+    other.create_publisher(Twist, TOPIC, NEWEST)
+    deaf.until(lambda: "/navigation" in deaf.state)
+    assert "held" in deaf.state
+    deaf.until(lambda: deaf.speed == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"base.topic": "cmd_vel"}, "base.topic"),
+        ({"base.topic": "a b"}, "base.topic"),
+        ({"base.rate": 2.0}, "base.rate: got 2, expected at least 4 Hz"),
+        ({"robot.max_speed": 2.0}, "cap.speed"),
+    ],
+)
+def test_refused_parameters(ros, parameters, words):
+    with pytest.raises(ParameterError, match=words):
+        ros.make(BaseNode, parameters)
+
+
+def test_its_last_words_are_zero(ros):
+    bench = BaseBench(ros)
+    bench.go()
+    bench.node.stop()
+    bench.until(lambda: bench.speed == 0.0)
