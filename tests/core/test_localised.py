@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from collplan_core.control.runaway import why_runaway
 from collplan_core.impact import Impact
 from collplan_core.parameters import Robot
+from collplan_core.sensing.felt_touch import change_by_touch
 from collplan_core.sensing.localised import FrameInMap, moved_impact, moved_state
 from collplan_core.state import State
+from scenes import unit
 
 numbers = st.floats(-5.0, 5.0)
 ROBOT = Robot()
@@ -49,3 +51,20 @@ def test_by_hand_when_one_that_does_not_brake_is_told():
     # 1.2 / 1.5 to brake, 0.3 for the lag, 0.5 of patience
     assert why_runaway(1.0, 1.2, 1.59, 0.5, ROBOT) == ""
     assert why_runaway(1.0, 1.2, 1.61, 0.5, ROBOT) == "drives on at 1.00 m/s, 1.6 s after zero"
+
+
+@given(st.floats(0.05, 2.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 1.0))
+def test_a_touch_leaves_no_speed_into_the_obstacle(speed, course, side, restitution):
+    velocity, towards = speed * unit(course), unit(side)
+    after = velocity + change_by_touch(velocity, towards, restitution)
+    assert after @ towards <= 1e-9
+    assert np.hypot(*after) <= speed + 1e-9
+    head_on = velocity + change_by_touch(velocity, None, restitution)
+    np.testing.assert_allclose(head_on, -restitution * velocity, atol=1e-9)
+
+
+def test_by_hand_a_touch_at_the_side_changes_nothing_of_the_motion_along_it():
+    change = change_by_touch(np.array([0.5, 1.0]), np.array([0.0, 1.0]), 0.5)
+    np.testing.assert_allclose(change, (0.0, -1.5))
+    assert not change_by_touch(np.array([0.5, -1.0]), np.array([0.0, 1.0]), 0.5).any()
+    assert not change_by_touch(np.zeros(2), None, 0.5).any()

@@ -17,6 +17,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
+
 from tf2_msgs.msg import TFMessage
 
 STEP, LAG, ACCELERATION, WATCHDOG, RESTITUTION = 0.02, 0.1, 1.5, 0.5, 0.3

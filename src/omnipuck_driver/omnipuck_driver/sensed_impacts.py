@@ -1,24 +1,15 @@
-"""Impacts that the ring has sensed, on `impact` and `impact/contact`: in the map frame and the poses' time."""
+"""Impacts that the ring has sensed, by the counts of the telemetry."""
 
 import numpy as np
-from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.node import Node
-from sensor_msgs.msg import PointCloud2
 
-from collplan_core.ages import PosesClock
-from collplan_core.impact import RING, measured_impact
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
-from collplan_core.sensing.pose_history import PoseHistory
-from collplan_core.state import State
-from collplan_ros.messages.conversions import impact_to_message
-from collplan_ros.messages.planner_clouds import impact_to_cloud
-from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
-from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.messages.qos import POSE_SUBSCRIBED
 from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.nodes.felt_impacts import FeltImpacts
 from omnipuck_driver.messages import NEVER, Telemetry
 
 COUNTS = 1 << 16
@@ -37,15 +28,8 @@ class SensedImpacts:
         """Publishes through `node`, subscribes through `inputs`."""
         self.published = 0
         self.missed = 0
-        self._frames = settings.frames
-        self._radius = settings.robot.radius
-        self._history = PoseHistory(settings.limits.pose_history)
-        self._clock = PosesClock()
         self._counted: tuple[int, int] | None = None
-        self._local = clock
-        self._newest: State | None = None
-        self._contact = node.create_publisher(PointCloud2, "impact/contact", EVENT)
-        self._impact = node.create_publisher(Vector3Stamped, "impact", EVENT)
+        self._felt = FeltImpacts(node, settings, clock)
         inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
 
     def take(self, telemetry: Telemetry) -> None:
@@ -56,30 +40,11 @@ class SensedImpacts:
         new = (telemetry.impacts - before[1]) % COUNTS
         if new == 0:
             return
-        published = self._publish(telemetry)
+        published = telemetry.impact_age != NEVER and self._felt.publish(
+            telemetry.impact_age * 1e-3, lambda state: np.array(rotate(*telemetry.impact, state.yaw))
+        )
         self.published += published
         self.missed += new - published
 
-    def _publish(self, telemetry: Telemetry) -> bool:
-        now = self._clock.now(seconds(self._local))
-        if now is None or telemetry.impact_age == NEVER or not any(telemetry.impact):
-            return False
-        stamp = now - telemetry.impact_age * 1e-3
-        state = self._history.at(stamp)
-        if state is None and self._newest is not None and self._newest.stamp <= stamp:
-            # no pose is as new as the impact: the newest one leads to it
-            state = self._newest
-        if state is None:
-            return False
-        change = np.array(rotate(*telemetry.impact, state.yaw))
-        center = state.position + (stamp - state.stamp) * state.velocity
-        impact = measured_impact(stamp, center, state.velocity, change, self._radius, RING)
-        self._contact.publish(impact_to_cloud(impact, self._frames.map))
-        self._impact.publish(impact_to_message(stamp, change, self._frames.map))
-        return True
-
     def _take_pose(self, raw: bytes) -> None:
-        state = state_from_bytes(raw, self._frames.map, self._frames.base)
-        self._newest = state
-        self._history.add(state)
-        self._clock.received(state.stamp, seconds(self._local))
+        self._felt.take_pose(raw)

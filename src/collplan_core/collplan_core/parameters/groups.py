@@ -399,12 +399,16 @@ class Base(Parameters):
     stamped: bool = parameter(False, "The base takes TwistStamped instead of Twist")
     rate: float = parameter(20.0, "Velocities sent per second, also while they are zero", unit="Hz", low=1.0, high=200.0)
     watchdog: float = parameter(0.5, "Silence after which the base stops by itself: base.rate sends at least twice in it. 0 where it has no watchdog", unit="s", low=0.0, high=10.0)
+    touch: str = parameter("none", "What the base tells of a touch: bool is a contact, hit a robomaster_msgs/ArmorHit, imu accelerations in which a hit is a spike. One that gives the change of velocity publishes it on impact itself", choices=("none", "bool", "hit", "imu"))
+    touch_topic: str = parameter("/touch", "Topic of these messages")
+    touch_acceleration: float = parameter(15.0, "Horizontal acceleration from which on an imu shows a hit", unit="m/s^2", low=1.0, high=1000.0)
     runaway_time: float = parameter(0.5, "Time beyond the way to brake after which a base that was told to stand and moves is held as one that does not obey", unit="s", low=0.1, high=5.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not TOPIC.fullmatch(self.topic) or len(self.topic) > LONGEST_TOPIC:
-            raise ParameterError(f"base.topic: got {self.topic!r}, {A_TOPIC}")
+        for key, topic in (("base.topic", self.topic), ("base.touch_topic", self.touch_topic)):
+            if not TOPIC.fullmatch(topic) or len(topic) > LONGEST_TOPIC:
+                raise ParameterError(f"{key}: got {topic!r}, {A_TOPIC}")
         if 0.0 < self.watchdog * self.rate < 2.0:
             raise ParameterError(f"base.rate: got {self.rate:g}, expected at least {2.0 / self.watchdog:g} Hz: two velocities in base.watchdog")
 

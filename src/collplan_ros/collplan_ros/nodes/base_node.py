@@ -17,7 +17,6 @@ from collplan_core.parameters import Base, Cap, Control, Frames, Limits, Robot, 
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import header, vector3
-from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import Health
 from collplan_ros.node_kit.graph_node import GraphNode
@@ -25,9 +24,11 @@ from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.nodes.command_check import LIVE, check_caps
 from collplan_ros.nodes.commanders import Commanders
+from collplan_ros.nodes.felt_impacts import FeltImpacts
 from collplan_ros.nodes.robot_contract import RobotContract
+from collplan_ros.nodes.touch_input import NONE, TouchInput
 
-GROUPS = (Robot, Cap, Limits, Control, Frames, Base)
+GROUPS = (Robot, Cap, Limits, Control, Frames, Base, "rebound.restitution")
 FINAL_ZEROS = 3
 """Zero velocities sent at the end; a base that subscribes best effort may lose one."""
 
@@ -61,6 +62,9 @@ class BaseNode(GraphNode):
         self._inputs = Inputs(self)
         self.contract = RobotContract(self, self._inputs, self, self._settings)
         self._inputs.listen(Odometry, "mocap/odom", self._take_pose, qos.POSE_SUBSCRIBED, kind="pose", raw=True)
+        self._felt = FeltImpacts(self, self._settings, self._steady)
+        heard = self._inputs, self._felt, self._settings, self._steady
+        self._touches = None if base.touch == NONE else TouchInput(*heard)
         self.create_timer(1.0 / base.rate, self._tick, clock=self._steady)
         self._begin()
         self._inputs.ready(f"{self._topic} at {base.rate:g} Hz")
@@ -150,9 +154,7 @@ class BaseNode(GraphNode):
     # ---- whether the base obeys
 
     def _take_pose(self, raw: bytes) -> None:
-        frames = self._settings.frames
-        state = state_from_bytes(raw, frames.map, frames.base)
-        self._speed = math.hypot(*state.velocity.tolist())
+        self._speed = math.hypot(*self._felt.take_pose(raw).velocity.tolist())
         if self.contract.may_move and (why := self._why_runaway()):
             self.contract.hold(why)
 
@@ -168,6 +170,8 @@ class BaseNode(GraphNode):
 
     def _health(self) -> Health:
         values = {**self.contract.counts, **self._counts, "speed_m_s": self._speed}
+        if self._touches is not None:
+            values |= {"impacts": self._touches.published, "impacts_missed": self._touches.missed}
         return self.contract.health(values, self._why_runaway() or self._why_lost(), f"sends to {self._topic}")
 
     def stop(self) -> None:
