@@ -26,7 +26,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain animation examples frozen test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -70,13 +70,16 @@ examples: $(COMPILED)  ## the scripts of examples/ and their pictures in docs/pi
 		MPLBACKEND=agg $(CURDIR)/$(PYTHON) "$$script" $(CURDIR)/runs/examples/latest || exit 1; done
 	@cd docs/pictures/examples && MPLBACKEND=agg $(CURDIR)/$(PYTHON) $(CURDIR)/examples/stopping_way.py
 
-test: $(COMPILED)  ## all tests but the long ones
+messages: $(READY)  ## the message packages of tests/messages, which pip lacks, for tests; needs cmake and a C++ compiler
+	@tools/messages.sh
+
+test: $(COMPILED) messages  ## all tests but the long ones
 	@$(PYTEST) $(ARGS)
 
 test-oldest:  ## what an older version may lack, on the oldest versions declared, in .venv-oldest
 	@tools/test_oldest.sh $(ARGS)
 
-soak: $(COMPILED)  ## all tests with the long ones, then the core without its compiler: half an hour
+soak: $(COMPILED) messages  ## all tests with the long ones, then the core without its compiler: half an hour
 	@failed=0; $(PYTEST) -m "soak or not soak" $(ARGS) || failed=1; \
 		NUMBA_DISABLE_JIT=1 $(PYTEST) tests/core $(ARGS) || failed=1; exit $$failed
 
