@@ -11,7 +11,7 @@ from typing import Any, TextIO
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
-pytest_plugins = ["ros_fixture"]
+pytest_plugins = ["real_messages", "ros_fixture"]
 
 # tests of nodes are named for it, so that core and simulator also run where no ROS is
 collect_ignore_glob = [] if importlib.util.find_spec("rclpy") else ["ros/*", "system/*", "*/test_*node*.py"]

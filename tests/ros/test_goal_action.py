@@ -1,111 +1,117 @@
-"""The callbacks of the action NavigateToPose; no server runs, as nav2_msgs is not among the pip packages."""
-
-import sys
-import uuid
-from types import ModuleType, SimpleNamespace
+"""The action NavigateToPose as its clients see it, over DDS."""
 
 import numpy as np
 import pytest
+from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
-from rclpy.action import CancelResponse, GoalResponse
+from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.qos import EVENT
-from collplan_ros.nodes import goal_action
+from collplan_ros.node_kit.backlog import Backlog
+from collplan_ros.nodes.goal_action import FAILED, REPLACED
 from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import FakeRobot, hall
 
+SUCCEEDED, CANCELED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED
 
-class Handle:
-    """A goal handle: what its client would receive."""
 
-    def __init__(self, x: float, frame: str = "map") -> None:
-        self.goal_id = SimpleNamespace(uuid=np.frombuffer(uuid.uuid4().bytes, dtype=np.uint8))
-        self.request = SimpleNamespace(pose=goal_to_message(np.array([x, 0.0]), frame))
-        self.is_cancel_requested = False
-        self.feedback, self.executed, self.ended = [], [], []
-        self.publish_feedback, self.execute = self.feedback.append, self.executed.append
+class SentGoal:
+    """A goal that a client has sent, and what it hears of it."""
 
-    def succeed(self):
-        self.ended.append("succeeded")
+    def __init__(self, bench, x: float, frame: str) -> None:
+        self._wait_for = bench.wait_for
+        self.feedback: list = []
+        goal = bench.action.Goal(pose=goal_to_message(np.array([x, 0.0]), frame))
+        take = self.feedback.append
+        self._handle = self._wait_for(bench.client.send_goal_async(goal, lambda message: take(message.feedback)))
+        self.accepted = self._handle.accepted
+        self._end = self._handle.get_result_async() if self.accepted else None
 
-    def canceled(self):
-        self.ended.append("canceled")
+    @property
+    def has_ended(self) -> bool:
+        return self._end.done()
 
-    def abort(self):
-        self.ended.append("aborted")
+    def cancel(self) -> bool:
+        """Asks for the goal's end; whether that was accepted."""
+        return bool(self._wait_for(self._handle.cancel_goal_async()).goals_canceling)
 
-    def outcome(self):
-        """State and result, as the executor makes them."""
-        (callback,) = self.executed
-        result = callback(self)
-        (state,) = self.ended
-        return state, result.error_code, result.error_msg
+    def outcome(self) -> tuple[int, int, str]:
+        """Status, error code and reason, once the goal has ended."""
+        end = self._wait_for(self._end)
+        return end.status, end.result.error_code, end.result.error_msg
 
 
 class ActionBench:
-    """planner_node with the callbacks that it gives to the server, and a robot for it to plan for."""
+    """planner_node, a robot for it to plan for, and a client."""
 
-    def __init__(self, ros, monkeypatch):
-        module = ModuleType("nav2_msgs.action")
-        module.NavigateToPose = SimpleNamespace(Feedback=SimpleNamespace, Result=SimpleNamespace)
-        monkeypatch.setitem(sys.modules, "nav2_msgs", ModuleType("nav2_msgs"))
-        monkeypatch.setitem(sys.modules, "nav2_msgs.action", module)
-        made = []
-        monkeypatch.setattr(goal_action, "ActionServer", lambda *given, **callbacks: made.append((given, callbacks)))
-        self.ros, self.robot = ros, FakeRobot(ros, hall())
+    def __init__(self, ros, action) -> None:
+        self.ros, self.action, self.robot = ros, action, FakeRobot(ros, hall())
         self.node = ros.make(PlannerNode, {"planner.map_period": 0.05})
-        (((_, _, self.name), self.callbacks),) = made
-        assert ros.wait_until(self.robot.is_heard)
+        self.client = ActionClient(ros.probe, action, "navigate_to_pose")
+        assert ros.wait_until(lambda: self.robot.is_heard() and self.client.server_is_ready())
 
-    def accepted(self, *goal) -> Handle:
-        assert self.callbacks["goal_callback"](None) == GoalResponse.ACCEPT
-        handle = Handle(*goal)
-        self.callbacks["handle_accepted_callback"](handle)
-        return handle
+    def wait_for(self, future):
+        assert self.ros.wait_until(future.done)
+        return future.result()
 
-    def cancel(self, handle) -> CancelResponse:
-        answer = self.callbacks["cancel_callback"](handle)
-        handle.is_cancel_requested = answer == CancelResponse.ACCEPT
-        return answer
+    def sent(self, x: float, frame: str = "map") -> SentGoal:
+        return SentGoal(self, x, frame)
+
+    def driving(self, x: float = 2.0) -> SentGoal:
+        """A goal that the planner has begun to plan for."""
+        goal = self.sent(x)
+        assert goal.accepted
+        assert self.ros.wait_until(lambda: goal.feedback)
+        return goal
 
 
 @pytest.fixture
-def bench(ros, monkeypatch):
-    return ActionBench(ros, monkeypatch)
+def bench(ros, real_messages):
+    return ActionBench(ros, real_messages("nav2_msgs.action").NavigateToPose)
 
 
 def test_a_client_learns_how_far_the_robot_is_and_that_it_arrived(ros, bench):
-    assert bench.name == "navigate_to_pose"
-    handle = bench.accepted(2.0)
-    assert ros.wait_until(lambda: len(handle.feedback) > 1)
-    before, feedback = handle.feedback[:2]
+    goal = bench.driving()
+    assert ros.wait_until(lambda: len(goal.feedback) > 1)
+    before, feedback = goal.feedback[:2]
     assert 1.9 < feedback.distance_remaining < 2.5
     assert feedback.estimated_time_remaining.sec >= 2.0 // Settings().robot.max_speed
     assert before.navigation_time.nanosec < feedback.navigation_time.nanosec
     assert (feedback.current_pose.header.frame_id, feedback.number_of_recoveries) == ("map", 0)
-    assert not handle.executed
+    assert not goal.has_ended
     bench.robot.position = np.array([2.0, 0.09])
-    assert ros.wait_until(lambda: handle.executed)
-    assert handle.outcome() == ("succeeded", 0, "goal succeeded")
+    assert goal.outcome() == (SUCCEEDED, bench.action.Result.NONE, "goal succeeded")
 
 
-def test_a_goal_is_replaced_canceled_or_refused_with_the_reason(ros, bench):
-    first, second = bench.accepted(2.0), bench.accepted(1.5)
-    assert first.outcome() == ("aborted", goal_action.FAILED, goal_action.REPLACED)
-    assert bench.cancel(first) == CancelResponse.REJECT
+def test_a_client_cancels_its_goal(ros, bench):
+    goal = bench.driving()
+    assert goal.cancel()
+    assert goal.outcome() == (CANCELED, 0, "goal canceled")
+    assert not goal.cancel()
+
+
+def test_a_newer_goal_of_either_kind_replaces_one(ros, bench):
+    first, second = bench.driving(), bench.driving(1.5)
+    assert first.outcome() == (ABORTED, FAILED, REPLACED)
+    assert not first.cancel()
+    assert not second.has_ended
     ros.publisher(PoseStamped, "goal_pose", EVENT).publish(goal_to_message(np.array([1.0, 0.0]), "map"))
-    assert ros.wait_until(lambda: second.executed)
-    assert second.outcome()[2] == goal_action.REPLACED
-    canceled = bench.accepted(2.0)
-    assert bench.cancel(canceled) == CancelResponse.ACCEPT
-    assert canceled.outcome() == ("canceled", 0, "goal canceled")
-    ended = bench.accepted(2.0)
+    assert second.outcome() == (ABORTED, FAILED, REPLACED)
+
+
+def test_a_goal_is_aborted_where_somebody_else_cancels_or_it_is_refused(ros, bench):
+    goal = bench.driving()
     assert ros.call(Trigger, "cancel").success
-    assert ended.outcome() == ("aborted", 0, "goal canceled")
-    state, code, reason = bench.accepted(2.0, "odom").outcome()
-    assert (state, code) == ("aborted", goal_action.FAILED)
+    assert goal.outcome() == (ABORTED, 0, "goal canceled")
+    status, code, reason = bench.sent(2.0, "odom").outcome()
+    assert (status, code) == (ABORTED, FAILED)
     assert "goal refused: " in reason
     assert "'odom'" in reason
+
+
+def test_a_goal_that_queued_up_while_the_node_was_frozen_is_rejected(ros, real_messages, monkeypatch):
+    monkeypatch.setattr(Backlog, "holds", lambda _: True)
+    assert not ActionBench(ros, real_messages("nav2_msgs.action").NavigateToPose).sent(2.0).accepted
