@@ -1,6 +1,6 @@
 #!/bin/sh
-# messages.sh: `make messages`: message packages that pip lacks, from the definitions in tests/messages, as .messages/install
-# for $VENV's Python. The tests use them. Where something for that is missing, it says so and succeeds.
+# messages.sh: `make messages`: message packages that pip lacks, from the definitions in tests/messages, into
+# .messages/install for $VENV's Python. Tests use them. Where something is missing that it needs, it says so and succeeds.
 set -eu
 : "${VENV:?make names the environment: call make messages}"
 cd "$(dirname "$0")/.."
@@ -23,6 +23,8 @@ headers=$("$python" -c 'import sysconfig; print(sysconfig.get_path("include"))')
 out=$PWD/.messages
 made_from="$PWD $python $(find tests/messages requirements-messages.txt tools/messages.sh -type f | sort | xargs cksum | cksum)"
 [ "$(cat "$out/.ready" 2>/dev/null)" != "$made_from" ] || exit 0
+# the tests use no others than those that are defined now
+rm -rf "$out"
 
 missing=
 command -v cmake >/dev/null || missing="$missing cmake"
@@ -41,10 +43,8 @@ grep -rlF /opt/python/cp3 "$env/share" --include='*.cmake' | xargs -r sed -E -i 
     -e "s#/opt/python/cp3[^;\"]*/site-packages/numpy/_core/include#$numpy#g" \
     -e "s#/opt/python/cp3[^;\"]*/include/python3\.[0-9]+#$headers#g"
 
-PATH="$env/bin:$PATH"
-export PATH AMENT_PREFIX_PATH="$env" CMAKE_PREFIX_PATH="$env" LD_LIBRARY_PATH="$env/lib"
+export AMENT_PREFIX_PATH="$env" CMAKE_PREFIX_PATH="$env" LD_LIBRARY_PATH="$env/lib"
 unset PYTHONPATH
-rm -rf "$out"
 mkdir "$out"
 for definitions in tests/messages/*/; do
     package=$(basename "$definitions")
@@ -82,7 +82,7 @@ rosidl_generate_interfaces(${PROJECT_NAME} ${definitions} DEPENDENCIES ${used})
 ament_package()
 CMAKE
     {
-        PACKAGE=$package cmake -S "$source" -B "$out/build/$package" -DCMAKE_BUILD_TYPE=Debug \
+        PACKAGE=$package cmake -S "$source" -B "$out/build/$package" \
             -DCMAKE_INSTALL_PREFIX="$out/install" -DPython3_EXECUTABLE="$env/bin/python" &&
             cmake --build "$out/build/$package" --parallel "$(nproc)" &&
             cmake --install "$out/build/$package"

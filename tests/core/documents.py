@@ -22,7 +22,12 @@ FILES = {
 }
 SOURCES = {path: (ROOT / path).read_text() for path in FILES if path.endswith(".py") and not path.startswith("tests/")}
 EVERYTHING = "\n".join(SOURCES.values())
-OF_THE_READER = {"first.py", *(f"{name}.yaml" for name in ("lab", "fitted", "floor", "spread", "my_arena", "my_room"))}
+OF_THE_READER = {
+    "first.py",
+    *(f"{name}.yaml" for name in ("lab", "base", "fitted", "floor", "spread", "my_arena", "my_room")),
+}
+OF_BASES = {"/cmd_vel", "/odom", "/scan"}
+"""Topics of a robot that takes velocities."""
 CALLS = [node for source in SOURCES.values() for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
 
 
@@ -68,7 +73,7 @@ OF_RECEIVERS = {
     for path in ROOT.glob("src/collplan_ros/collplan_ros/config/mocap_*.yaml")
 }
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-PACKAGES = {"joy_node": "joy", "compare_engines": "studies"} | {
+PACKAGES = {"joy_node": "joy", "tf2_echo": "tf2_ros", "compare_engines": "studies"} | {
     name: path.split("/")[1]
     for path in FILES
     if re.fullmatch(r"src/\w+/\w+/executables\.py", path)
@@ -93,8 +98,9 @@ def wrong_command(line: str) -> list[str]:
         wrong = [] if words[2].isupper() or PACKAGES.get(words[2]) == words[1] else [words[2]]
     elif head == "ros2" and words[0] == "param":
         wrong = wrong_value(words[3], words[4] if len(words) > 4 else None)
-    elif head == "ros2" and words[0] not in ("pkg", "bag"):
-        return [] if {*TOPICS, *ACTIONS, *(f"/{each}" for each in SERVICES)} & set(words) else [line]
+    elif head == "ros2" and words[0] not in ("pkg", "bag") and words[:2] != ["topic", "list"]:
+        named = {*TOPICS, *ACTIONS, *OF_BASES, *(f"/{each}" for each in SERVICES)}
+        return [] if named & {word.removeprefix("/collplan") for word in words} else [line]
     elif head not in SHELL and not name.isupper() and name not in (*SHELL, *PACKAGES):
         wrong = [name]
     if name == "python":

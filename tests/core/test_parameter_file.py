@@ -19,12 +19,13 @@ from collplan_core.yaml_text import LONGEST
 ROOT = Path(__file__).parents[2]
 
 
+TOPICS = st.from_regex(r"/?[a-z_][a-z_0-9]{0,8}(/y)?", fullmatch=True)
 BOUND_TO_MORE = {
     "local_map.n_rays": st.integers(90, 180).map(lambda quarter: 4 * quarter),
     "planner.map_period": st.just(0.0) | st.floats(SHORTEST_MAP_PERIOD, 1.0),
     "limits.fence": st.floats(0.1, 1e3).map(lambda side: (0.0, 0.0, side, 0.0, 0.0, side)),
     "scan.median": st.sampled_from([1, 3, 9]),
-    "mocap.topic": st.from_regex(r"/?[a-z_][a-z_0-9]{0,8}(/y)?", fullmatch=True),
+    **dict.fromkeys(("mocap.topic", "base.topic", "base.touch_topic"), TOPICS),
     "scan.masked_angles": st.lists(st.floats(-3.0, 3.0), max_size=4).map(lambda angles: (*angles, *angles)),
 }
 """Of parameters that not every value of their range suits."""

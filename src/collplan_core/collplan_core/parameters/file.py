@@ -26,6 +26,7 @@ NODES = (
     "planner_node",
     "controller_node",
     "simulator_node",
+    "base_node",
     "driver_node",
     "view_node",
     "teleop_node",

@@ -262,8 +262,6 @@ class Mocap(Parameters):
         super().__post_init__()
         if not TOPIC.fullmatch(self.topic) or len(self.topic) > LONGEST_TOPIC:
             raise ParameterError(f"mocap.topic: got {self.topic!r}, {A_TOPIC}")
-        if self.localised and not self.frame:
-            raise ParameterError("mocap.frame: got '', expected the frame of the odometry, as odom, where mocap.localised is true")
 
 
 @dataclass(frozen=True)
@@ -409,8 +407,6 @@ class Base(Parameters):
         for key, topic in (("base.topic", self.topic), ("base.touch_topic", self.touch_topic)):
             if not TOPIC.fullmatch(topic) or len(topic) > LONGEST_TOPIC:
                 raise ParameterError(f"{key}: got {topic!r}, {A_TOPIC}")
-        if 0.0 < self.watchdog * self.rate < 2.0:
-            raise ParameterError(f"base.rate: got {self.rate:g}, expected at least {2.0 / self.watchdog:g} Hz: two velocities in base.watchdog")
 
 
 @dataclass(frozen=True)

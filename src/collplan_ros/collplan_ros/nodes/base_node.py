@@ -33,6 +33,21 @@ FINAL_ZEROS = 3
 """Zero velocities sent at the end; a base that subscribes best effort may lose one."""
 
 
+def check_base(settings: Settings) -> None:
+    """Checks the caps, and that a base with a watchdog does not stop between two velocities.
+
+    Raises:
+        ParameterError: one does not fit.
+    """
+    check_caps(settings)
+    base = settings.base
+    if 0.0 < base.watchdog * base.rate < 2.0:
+        least = 2.0 / base.watchdog
+        raise ParameterError(
+            f"base.rate: got {base.rate:g}, expected at least {least:g} Hz: two velocities in base.watchdog"
+        )
+
+
 class BaseNode(GraphNode):
     """Sends the command on while it is fresh, else zero, at base.rate or more often.
 
@@ -42,7 +57,7 @@ class BaseNode(GraphNode):
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
-        super().__init__("base_node", GROUPS, LIVE, check_caps, **kwargs)
+        super().__init__("base_node", GROUPS, LIVE, check_base, **kwargs)
         base = self._settings.base
         self._topic = self.resolve_topic_name(base.topic)
         if self._topic == self.resolve_topic_name("cmd_vel"):

@@ -52,15 +52,17 @@ def in_map(result: FilterResult, frame: FrameInMap) -> FilterResult:
     return replace(result, state=state, impact=impact)
 
 
-def check_slip(settings: Settings) -> None:
-    """Checks that a robot whose odometry slips is not stopped for lost poses meanwhile.
+def check_odometry(settings: Settings) -> None:
+    """Checks that an odometry that is to be tied to the map has a frame, and does not count as lost while it slips.
 
     Raises:
-        ParameterError: it would be.
+        ParameterError: it has none, or does.
     """
-    slip, age = settings.mocap.slip_time, settings.limits.pose_age
-    if slip >= age:
-        raise ParameterError(f"mocap.slip_time: got {slip:g}, expected less than limits.pose_age, {age:g} s")
+    mocap, age = settings.mocap, settings.limits.pose_age
+    if mocap.slip_time >= age:
+        raise ParameterError(f"mocap.slip_time: got {mocap.slip_time:g}, expected less than limits.pose_age, {age:g} s")
+    if mocap.localised and not mocap.frame:
+        raise ParameterError("mocap.frame: got '', expected that of the odometry, as odom, with mocap.localised")
 
 
 def frame_broadcast(node: Node) -> Callable[[Odometry], None]:
@@ -96,7 +98,7 @@ class MocapNode(GraphNode):
     """Subscribes mocap.topic; publishes mocap/odom or mocap/refused for a pose, impact and impact/contact."""
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__("mocap_node", GROUPS, LIVE, check_slip, **kwargs)
+        super().__init__("mocap_node", GROUPS, LIVE, check_odometry, **kwargs)
         self._memory = FRESH
         self._newest: MeasuredPose | None = None
         self._repeats = 0
