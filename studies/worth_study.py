@@ -8,6 +8,7 @@ study of bounces. Rows are appended as they come, and one that is there is not r
 """
 
 import argparse
+import json
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -15,12 +16,19 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World, load_world
+from collplan_study.analysis.statistics import MEAN, Estimate, level_of
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
+from collplan_study.report.content import with_interval
 from collplan_study.run.row_file import JsonLines
+from markdown_text import Section, markdown
 from omnipuck_sim.trial import run_trial
+from worth_curve import CURVE, FAMILIES, Cell
 
 STRATEGIES = OURS, AGAINST = ("bounce", "avoid")
 TURNING, BAFFLES = ("serpentine", "u"), ("baffles",)
@@ -77,20 +85,21 @@ class Run(NamedTuple):
 
 
 FULL = [Robot(n) for n in (4.0, 6.0, 8.0, 11.0, 16.0, 24.0, 3.0)]
-LOSSY = [Robot(n, e) for n in (8.0, 16.0, 4.0, 24.0) for e in (0.2, 0.4, 0.0)]
-LARGE = [Robot(n, 0.7, 0.225, 1.7) for n in (8.0, 16.0)]
-COMPLIANT = [Robot(n, e, engine="mujoco") for n, e in ((16.0, 0.7), (8.0, 0.7), (4.0, 0.7), (16.0, 0.2))]
+LOSSY = [Robot(n, e) for e in (0.2, 0.0, 0.4) for n in (16.0, 8.0, 4.0)]
+LARGE = [Robot(n, 0.7, 0.225, 1.7) for n in (16.0, 8.0)]
 MIDDLE = [Robot(n, e, 0.18) for n, e in ((16.0, 0.7), (8.0, 0.7), (16.0, 0.2))]
+COMPLIANT = [Robot(n, e, engine="mujoco") for n, e in ((16.0, 0.7), (8.0, 0.7), (4.0, 0.7), (16.0, 0.2))]
 PARTS = (
     (FULL, TURNING),
     (LOSSY[:6], TURNING),
-    (LARGE, TURNING),
+    (LARGE[:1], TURNING),
+    (COMPLIANT[:1], TURNING),
+    ([Robot(n) for n in (16.0, 8.0, 4.0)], BAFFLES),
+    (LARGE[1:], TURNING),
+    (COMPLIANT[1:], TURNING),
     (LOSSY[6:], TURNING),
-    (FULL, BAFFLES),
-    (COMPLIANT, TURNING),
     (MIDDLE, TURNING),
-    (LOSSY[:6], BAFFLES),
-    (LARGE, BAFFLES),
+    ([Robot(n) for n in (24.0, 6.0, 11.0, 3.0)], BAFFLES),
 )
 """Robots and families, what matters most first."""
 
@@ -125,11 +134,59 @@ def run_of(row: dict[str, Any]) -> Run:
     return Run(Robot(**row["robot"]), row["family"], row["seed"], row["strategy"])
 
 
+Saved = dict[Robot, dict[str, list[float]]]
+"""Of each robot and family, the time that bounce saves in each world where both arrive [%]."""
+
+
+def saved_by(rows: Sequence[dict[str, Any]]) -> Saved:
+    """What the rows say."""
+    times = {run_of(row): row["time"] for row in rows if row["outcome"] == REACHED}
+    found: Saved = {}
+    for run, time in times.items():
+        against = times.get(run._replace(strategy=AGAINST))
+        if run.strategy == OURS and against is not None:
+            found.setdefault(run.robot, {}).setdefault(run.family, []).append(100.0 * (1.0 - time / against))
+    return found
+
+
+def mean_of(savings: Sequence[float]) -> Estimate:
+    """The mean over worlds."""
+    return level_of(MEAN, [np.array([each]) for each in savings])
+
+
+def curve_of(saved: Saved) -> list[dict[str, Any]]:
+    """Cells of the curve: those of the shipped radius, speed and engine, with all worlds."""
+    shipped, cells = Robot(1.0, 1.0), []
+    for robot, families in saved.items():
+        if robot._replace(number=1.0, restitution=1.0) == shipped:
+            for family, each in families.items():
+                mean = mean_of(each)
+                if len(each) == len(SEEDS):
+                    cell = Cell(family, robot.number, robot.restitution, mean.value, mean.low, mean.high)
+                    cells.append(cell._asdict())
+    return cells
+
+
+def table(saved: Saved) -> Section:
+    """A row a robot."""
+    rows = []
+    for robot in sorted(saved, key=lambda each: each[::-1]):
+        families = saved[robot]
+        together = [each for family in TURNING for each in families.get(family, [])]
+        groups = (*(families.get(family, []) for family in FAMILIES), together)
+        name = (f"{robot.radius:g}, {robot.speed:g}, {robot.engine}", f"{robot.restitution:g}", f"{robot.number:g}")
+        rows.append((*name, *(f"{with_interval(mean_of(each), 1)} ({len(each)})" if each else "" for each in groups)))
+    head = ("R [m], v_max [m/s], engine", "restitution", "N", *FAMILIES, "serpentine and u")
+    note = "Mean and 95 % interval; in brackets the worlds in which both arrive."
+    return Section("Time that bounce saves against avoid [%]", note, head, rows)
+
+
 def main(args: Sequence[str] | None = None) -> int:
-    """Runs what is not there yet."""
+    """Runs what is not there yet, and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("runs/worth.jsonl"), help="rows, one run a line")
-    parser.add_argument("--no-run", action="store_true", help="run nothing")
+    parser.add_argument("--no-run", action="store_true", help="tables of the runs there are")
+    parser.add_argument("--curve", action="store_true", help="write the curve that make worth reads, and its picture")
     given = parser.parse_args(args)
     out = JsonLines(given.out)
     there = {run_of(row) for row in out.records()}
@@ -138,6 +195,12 @@ def main(args: Sequence[str] | None = None) -> int:
         row = row_of(run)
         out.append(row)
         print(f"{number_of} of {len(missing)}: {run}: {row['outcome']}", file=sys.stderr, flush=True)
+    rows = out.records()
+    saved = saved_by(rows)
+    if given.curve:
+        CURVE.write_text(json.dumps(curve_of(saved), indent=1) + "\n")
+    print(markdown(table(saved)))
+    print(f"{len(rows)} runs, {sum(row['outcome'] == REACHED for row in rows)} arrived")
     return 0
 
 
