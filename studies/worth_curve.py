@@ -1,6 +1,7 @@
 """What bounces save by N and restitution: the cells of the study, and what is between them."""
 
 import json
+from bisect import bisect_right
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -45,7 +46,7 @@ def expected(cells: Sequence[Cell], family: str, number: float, restitution: flo
     ends = [_along(columns[e], number) for e in known]
     value, low, high = (float(np.interp(restitution, known, each)) for each in zip(*ends, strict=True))
     # the columns that count are those on both sides of the restitution
-    sides = [columns[e] for e in known[max(np.searchsorted(known, restitution, "right") - 1, 0) :][:2]]
+    sides = [columns[e] for e in known[max(bisect_right(known, restitution) - 1, 0) :][:2]]
     notes = (
         _outside("N", number, max(side[0].number for side in sides), min(side[-1].number for side in sides)),
         _outside("restitution", restitution, known[0], known[-1]),

@@ -154,17 +154,19 @@ def mean_of(savings: Sequence[float]) -> Estimate:
     return level_of(MEAN, [np.array([each]) for each in savings])
 
 
-def curve_of(saved: Saved) -> list[dict[str, Any]]:
-    """Cells of the curve: those of the shipped radius, speed and engine, with all worlds."""
-    shipped, cells = Robot(1.0, 1.0), []
+def curve_of(saved: Saved) -> Iterator[Cell]:
+    """Cells of the robots that differ from the shipped one in N and restitution alone, with all worlds."""
     for robot, families in saved.items():
-        if robot._replace(number=1.0, restitution=1.0) == shipped:
+        if robot == Robot(robot.number, robot.restitution):
             for family, each in families.items():
                 mean = mean_of(each)
-                if len(each) == len(SEEDS):
-                    cell = Cell(family, robot.number, robot.restitution, mean.value, mean.low, mean.high)
-                    cells.append(cell._asdict())
-    return cells
+                if (
+                    len(each) == len(SEEDS)
+                    and mean.value is not None
+                    and mean.low is not None
+                    and mean.high is not None
+                ):
+                    yield Cell(family, robot.number, robot.restitution, mean.value, mean.low, mean.high)
 
 
 def table(saved: Saved) -> Section:
@@ -186,7 +188,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("runs/worth.jsonl"), help="rows, one run a line")
     parser.add_argument("--no-run", action="store_true", help="tables of the runs there are")
-    parser.add_argument("--curve", action="store_true", help="write the curve that make worth reads, and its picture")
+    parser.add_argument("--curve", action="store_true", help="write the curve that make worth reads")
     given = parser.parse_args(args)
     out = JsonLines(given.out)
     there = {run_of(row) for row in out.records()}
@@ -198,7 +200,7 @@ def main(args: Sequence[str] | None = None) -> int:
     rows = out.records()
     saved = saved_by(rows)
     if given.curve:
-        CURVE.write_text(json.dumps(curve_of(saved), indent=1) + "\n")
+        CURVE.write_text("[\n" + ",\n".join(json.dumps(cell._asdict()) for cell in curve_of(saved)) + "\n]\n")
     print(markdown(table(saved)))
     print(f"{len(rows)} runs, {sum(row['outcome'] == REACHED for row in rows)} arrived")
     return 0
