@@ -24,16 +24,18 @@ from collplan_core.worlds import World, load_world
 from collplan_study.analysis.statistics import MEAN, Estimate, level_of
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
-from collplan_study.report.content import with_interval
+from collplan_study.report.content import number, with_interval
 from collplan_study.run.row_file import JsonLines
 from markdown_text import Section, markdown
 from omnipuck_sim.trial import run_trial
-from worth_curve import CURVE, FAMILIES, Cell
+from worth_curve import CURVE, FAMILIES, Cell, expected, read_curve
 
 STRATEGIES = OURS, AGAINST = ("bounce", "avoid")
 TURNING, BAFFLES = ("serpentine", "u"), ("baffles",)
 SEEDS = range(8300, 8312)
 """Of the worlds of each family, and of the noise in them; nothing was tuned on these."""
+DRAWN_SEEDS = range(8312, 8318)
+"""The same for the robots that are drawn."""
 SHIPPED = Settings()
 LENGTHS = (
     "planner.goal_tolerance",
@@ -84,30 +86,49 @@ class Run(NamedTuple):
     strategy: str
 
 
+CURVE_COMMIT = 0xC396DC16
+"""Of the curve that the drawn robots test; as the seed of the draw it shows that they came later."""
+
+
+def drawn(count: int = 6) -> Iterator[Robot]:
+    """Robots to predict, with R, v_max, a_max and restitution drawn evenly, if their N is within the curve."""
+    random = np.random.default_rng(CURVE_COMMIT)
+    while count:
+        radius, speed, acceleration, restitution = random.uniform(
+            (0.09, 0.8, 0.5, 0.0), (0.225, 1.7, 4.0, 0.7)
+        ).tolist()
+        robot = Robot(speed**2 / (acceleration * radius), restitution, radius, speed)
+        if 4.0 <= robot.number <= 16.0:
+            count -= 1
+            yield robot
+
+
 FULL = [Robot(n) for n in (4.0, 6.0, 8.0, 11.0, 16.0, 24.0, 3.0)]
 LOSSY = [Robot(n, e) for e in (0.2, 0.0, 0.4) for n in (16.0, 8.0, 4.0)]
 LARGE = [Robot(n, 0.7, 0.225, 1.7) for n in (16.0, 8.0)]
 MIDDLE = [Robot(n, e, 0.18) for n, e in ((16.0, 0.7), (8.0, 0.7), (16.0, 0.2))]
 COMPLIANT = [Robot(n, e, engine="mujoco") for n, e in ((16.0, 0.7), (8.0, 0.7), (4.0, 0.7), (16.0, 0.2))]
+DRAWN = list(drawn())
 PARTS = (
-    (FULL, TURNING),
-    (LOSSY[:6], TURNING),
-    (LARGE[:1], TURNING),
-    (COMPLIANT[:1], TURNING),
-    ([Robot(n) for n in (16.0, 8.0, 4.0)], BAFFLES),
-    (LARGE[1:], TURNING),
-    (COMPLIANT[1:], TURNING),
-    (LOSSY[6:], TURNING),
-    (MIDDLE, TURNING),
-    ([Robot(n) for n in (24.0, 6.0, 11.0, 3.0)], BAFFLES),
+    (FULL, TURNING, SEEDS),
+    (LOSSY[:6], TURNING, SEEDS),
+    (DRAWN, TURNING, DRAWN_SEEDS),
+    (LARGE[:1], TURNING, SEEDS),
+    (COMPLIANT[:1], TURNING, SEEDS),
+    ([Robot(n) for n in (16.0, 8.0, 4.0)], BAFFLES, SEEDS),
+    (LARGE[1:], TURNING, SEEDS),
+    (COMPLIANT[1:], TURNING, SEEDS),
+    (LOSSY[6:], TURNING, SEEDS),
+    (MIDDLE, TURNING, SEEDS),
+    ([Robot(n) for n in (24.0, 6.0, 11.0, 3.0)], BAFFLES, SEEDS),
 )
-"""Robots and families, what matters most first."""
+"""Robots, families and seeds, what matters most first."""
 
 
 def runs() -> Iterator[Run]:
     """All runs in their order; those compared follow one another."""
-    for robots, families in PARTS:
-        yield from (Run(*each) for each in product(robots, families, SEEDS, STRATEGIES))
+    for robots, families, seeds in PARTS:
+        yield from (Run(*each) for each in product(robots, families, seeds, STRATEGIES))
 
 
 def scaled(world: World, scale: float) -> World:
@@ -183,6 +204,21 @@ def table(saved: Saved) -> Section:
     return Section("Time that bounce saves against avoid [%]", note, head, rows)
 
 
+def predictions(saved: Saved) -> Section:
+    """A row for each robot that was drawn after the curve: its prediction and what was measured."""
+    cells, rows = read_curve(), []
+    for robot in DRAWN:
+        drawn_values = (robot.radius, robot.speed, robot.settings(OURS).robot.max_acceleration, robot.restitution)
+        row = [number(each, 2) for each in drawn_values] + [number(robot.number, 1)]
+        for family in TURNING:
+            row.append(with_interval(expected(cells, family, robot.number, robot.restitution), 1))
+            row.append(with_interval(mean_of(saved.get(robot, {}).get(family, [])), 1))
+        rows.append(tuple(row))
+    head = ("R [m]", "v_max [m/s]", "a_max [m/s^2]", "restitution", "N")
+    told = tuple(f"{family}, {which}" for family in TURNING for which in ("predicted", "measured"))
+    return Section("Robots drawn afterwards, time saved [%]", "", head + told, rows)
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Runs what is not there yet, and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -201,7 +237,8 @@ def main(args: Sequence[str] | None = None) -> int:
     saved = saved_by(rows)
     if given.curve:
         CURVE.write_text("[\n" + ",\n".join(json.dumps(cell._asdict()) for cell in curve_of(saved)) + "\n]\n")
-    print(markdown(table(saved)))
+    measured = {robot: families for robot, families in saved.items() if robot not in DRAWN}
+    print(markdown(table(measured), predictions(saved)))
     print(f"{len(rows)} runs, {sum(row['outcome'] == REACHED for row in rows)} arrived")
     return 0
 
