@@ -18,7 +18,7 @@ from collplan_study.analysis.statistics import Estimate
 from collplan_study.errors import StudyError
 from collplan_study.question.question import parse_axes
 from collplan_study.report.content import with_interval
-from worth_curve import FAMILIES, expected, number_of, read_curve
+from worth_curve import expected, families_of, number_of, read_curve
 
 SHIPPED = Settings()
 MARGIN = 1.2
@@ -37,7 +37,7 @@ def sentences(settings: Settings, impulse: float) -> Iterator[str]:
     """What `make worth` says of a robot that withstands an impulse [N s]."""
     number, restitution = number_of(settings), settings.rebound.restitution
     cells = read_curve()
-    found = {family: expected(cells, family, number, restitution) for family in FAMILIES}
+    found = {family: expected(cells, family, number, restitution) for family in families_of(cells)}
     yield f"N = v_max^2 / (a_max R) is {number:.1f}, the restitution {restitution:g}."
     yield "Time that bounce is expected to save against avoid, with 95 % interval, simulated:"
     for family, saved in found.items():
@@ -47,7 +47,7 @@ def sentences(settings: Settings, impulse: float) -> Iterator[str]:
     fastest, v_max = impulse / impulse_of(settings, 1.0), settings.robot.max_speed
     yield f"A hit stays within {impulse:.2f} N s up to {fastest:.2f} m/s into the wall."
     if fastest < v_max:
-        yield f"That is less than v_max: set limits.impact_speed to {fastest:.2f}, which costs a part of the saving."
+        yield f"That is less than v_max: for bounce set limits.impact_speed to {fastest:.2f}, and expect to save less."
     yield verdict(found)
 
 

@@ -37,6 +37,11 @@ def read_curve() -> list[Cell]:
     return [Cell(**row) for row in json.loads(CURVE.read_text())]
 
 
+def families_of(cells: Sequence[Cell]) -> list[str]:
+    """Kinds of corridors in the order of FAMILIES."""
+    return sorted({cell.family for cell in cells}, key=FAMILIES.index)
+
+
 def expected(cells: Sequence[Cell], family: str, number: float, restitution: float) -> Estimate:
     """Time saved [%], linear in log N and in restitution between cells; a note names what lies outside of them."""
     columns: dict[float, list[Cell]] = {}

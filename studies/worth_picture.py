@@ -5,7 +5,7 @@ from pathlib import Path
 from matplotlib import rc_context
 
 from collplan_study.report.figures import OTHER_COLOURS, STYLE, add_caption, new_figure
-from worth_curve import FAMILIES, read_curve
+from worth_curve import families_of, read_curve
 
 PICTURE = Path(__file__).parents[1] / "docs/pictures/worth.png"
 
@@ -14,7 +14,7 @@ PICTURE = Path(__file__).parents[1] / "docs/pictures/worth.png"
 def main() -> None:
     figure, cells = new_figure(7.2, 2.9), read_curve()
     shades = dict(zip(sorted({cell.restitution for cell in cells}, reverse=True), OTHER_COLOURS, strict=False))
-    shown = [family for family in FAMILIES if any(cell.family == family for cell in cells)]
+    shown = families_of(cells)
     for axes, family in zip(figure.subplots(1, len(shown), sharey=True), shown, strict=True):
         for restitution, colour in shades.items():
             line = sorted(cell for cell in cells if (cell.family, cell.restitution) == (family, restitution))
