@@ -8,7 +8,7 @@ from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
 from worth import main, sentences, settings_from
 from worth_curve import Cell, expected, families_of, number_of, read_curve
-from worth_study import LENGTHS, Robot, scaled
+from worth_runs import LENGTHS, Robot, scaled
 
 CELLS = read_curve()
 
