@@ -98,7 +98,7 @@ worth: $(COMPILED)  ## does it pay to bounce on my robot, from its parameters; A
 	@$(PYTHON) studies/worth.py $(ARGS)
 
 worth-study: export OPENBLAS_NUM_THREADS = 1
-worth-study: $(COMPILED)  ## the curve behind it, simulated, an hour; the next call goes on
+worth-study: $(COMPILED)  ## the curve behind it, simulated, two hours; the next call goes on
 	@$(PYTHON) studies/worth_study.py $(ARGS)
 
 lint: $(READY)  ## style and types
