@@ -26,7 +26,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -96,6 +96,13 @@ bench: $(COMPILED)  ## speed, side by side with other planners and simulators
 
 graph-gain: $(COMPILED)  ## what of a bounce's gain is left through the graph; ARGS="--real-time", "--worlds 2 --seeds 1"
 	@$(PYTHON) studies/graph_gain.py $(ARGS)
+
+worth: $(COMPILED)  ## does it pay to bounce on my robot, from its parameters; ARGS="--params mine.yaml"
+	@$(PYTHON) studies/worth.py $(ARGS)
+
+worth-study: export OPENBLAS_NUM_THREADS = 1
+worth-study: $(COMPILED)  ## the curve behind it, simulated, two hours; the next call goes on
+	@$(PYTHON) studies/worth_study.py $(ARGS)
 
 lint: $(READY)  ## style and types
 	@failed=0; for check in "ruff check" "ruff format --check" mypy; do \

@@ -1,0 +1,90 @@
+"""`make worth`: what is between the cells of the curve, the sentences, and what is refused."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from collplan_core.parameters import Settings
+from collplan_core.worlds import load_world
+from worth import main, sentences, settings_from
+from worth_curve import Cell, expected, families_of, number_of, read_curve
+from worth_runs import LENGTHS, Robot, scaled
+
+CELLS = read_curve()
+
+
+def test_the_curve_is_exact_at_its_cells():
+    for cell in CELLS:
+        found = expected(CELLS, cell.family, cell.number, cell.restitution)
+        assert (found.value, found.low, found.high) == pytest.approx((cell.saved, cell.low, cell.high))
+        assert not found.note
+
+
+@given(st.sampled_from(families_of(CELLS)), st.floats(1.0, 40.0), st.floats(1.0, 40.0), st.floats(0.0, 1.0))
+def test_savings_fall_with_n(family, one, other, restitution):
+    less, more = (expected(CELLS, family, number, restitution) for number in sorted((one, other)))
+    assert less.low <= less.value <= less.high
+    assert less.low <= more.high
+    assert less.value <= more.value or min(one, other) < THRESHOLD
+
+
+THRESHOLD = 8.0
+"""Below this N nothing is saved but a little by the margin, and the order of the cells is chance."""
+
+
+def test_half_way_between_four_cells():
+    corners = ((4, 0, 0), (16, 0, 4), (4, 1, 2), (16, 1, 10))
+    cells = [Cell("u", n, e, saved, saved - 1, saved + 1) for n, e, saved in corners]
+    found = expected(cells, "u", 8.0, 0.5)
+    assert (found.value, found.low, found.high, found.note) == pytest.approx((4.0, 3.0, 5.0, ""))
+    beyond = expected(cells, "u", 32.0, 0.0)
+    assert (beyond.value, beyond.note) == (4.0, "N was studied from 4 to 16")
+
+
+SLOW = ["robot.max_speed=0.46", "robot.max_acceleration=0.9", "robot.radius=0.17"]
+
+
+def test_a_slow_robot_avoids_and_a_fast_weak_one_bounces():
+    assert number_of(settings_from(None, SLOW)) == pytest.approx(1.383, abs=1e-3)
+    assert list(sentences(settings_from(None, SLOW), 1.0))[-1].startswith("Use avoid")
+    weak = settings_from(None, ["robot.max_acceleration=1.0"])
+    said = list(sentences(weak, 0.7 * 1.7 * 0.5))
+    assert said[0].startswith("N = v_max^2 / (a_max R) is 16.0")
+    assert said[-1].startswith("Use bounce")
+    assert any("up to 0.50 m/s" in each for each in said)
+    assert any("set limits.impact_speed to 0.50" in each for each in said)
+
+
+def test_a_file_is_read_and_set_outranks_it(tmp_path, capsys):
+    file = tmp_path / "mine.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    robot: {max_speed: 0.9, radius: 0.2}\n")
+    assert main(["--params", str(file), "--set", "robot.max_speed=1.2", "--set", "robot.max_acceleration=0.9"]) == 0
+    assert "is 8.0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("args", "named"),
+    [
+        (["--set", "robot.max_sped=1"], "robot.max_sped"),
+        (["--set", "robot.radius=0"], "robot.radius"),
+        (["--set", "robot.radius=0.1,0.2"], "robot.radius"),
+        (["--params", "no_such.yaml"], "no_such.yaml"),
+        (["--impulse", "-1"], "--impulse"),
+        (["--impulse", "nan"], "--impulse"),
+    ],
+)
+def test_what_is_wrong_is_named(args, named, capsys):
+    assert main(args) == 2
+    assert named in capsys.readouterr().err
+
+
+def test_a_scaled_robot_has_its_n_and_lengths_as_large():
+    large, shipped = Robot(8.0, 0.2, 0.18, 1.7).settings("bounce"), Settings()
+    assert number_of(large) == pytest.approx(8.0)
+    assert all(large.values()[key] == pytest.approx(2.0 * shipped.values()[key]) for key in LENGTHS)
+    world = load_world("pillars:3")
+    twice = scaled(world, 2.0)
+    assert twice.circles == pytest.approx(2.0 * world.circles)
+    assert (*twice.bounds, *twice.start, *twice.goal) == pytest.approx(
+        [2.0 * each for each in (*world.bounds, *world.start, *world.goal)]
+    )
