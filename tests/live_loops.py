@@ -79,6 +79,7 @@ PLANNER_SCENES: dict[str, Scene] = {
     "crossings": lambda: (crossing("corridor"), 1.0, LONGEST),
     "leap": lambda: (mixed("corridor").with_leap(1.2, 0.06), 1.0, 0.5),
     "poses fail": lambda: (mixed("corridor").without("take_pose", 1.2, 1.3), 1.0, 0.5),
+    "scans fail": lambda: (mixed("corridor").without("take_scan", 1.2, 1.6), 1.0, 0.7),
     "stuck": lambda: (mixed("corridor").stuck(1.0), 0.9, LONGEST),
     "time to goal": lambda: (recorded("corridor", 1.2, SEED, **{"planner.strategy": "bounce"}), 0.9, 0.5),
 }
