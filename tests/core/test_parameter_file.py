@@ -188,6 +188,17 @@ def test_the_sets_of_lidars_say_how_scans_are_read_and_nothing_else():
         assert path.name in (ROOT / "docs/hardware.md").read_text(), path
 
 
+def test_the_sets_of_bases_fit_together_and_are_said_to_be_untried():
+    sets = sorted((ROOT / "src/collplan_ros/collplan_ros/config").glob("base_*.yaml"))
+    assert len(sets) == 5
+    for path in sets:
+        settings = Settings().with_values(read_parameters(path))
+        assert settings.robot.max_speed <= settings.cap.speed, path
+        assert settings.mocap.frame or not settings.mocap.localised, path
+        assert "Untried" in path.read_text(), path
+        assert path.name in (ROOT / "docs/tutorials/own_robot.md").read_text(), path
+
+
 SPECS = list(all_specs().values())
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 WRONG = {
