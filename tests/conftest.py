@@ -14,7 +14,9 @@ from hypothesis import is_hypothesis_test, settings
 pytest_plugins = ["real_messages", "ros_fixture"]
 
 # tests of nodes are named for it, so that core and simulator also run where no ROS is
-collect_ignore_glob = [] if importlib.util.find_spec("rclpy") else ["ros/*", "system/*", "foreign/*", "*/test_*node*.py"]
+collect_ignore_glob = (
+    [] if importlib.util.find_spec("rclpy") else ["ros/*", "system/*", "foreign/*", "*/test_*node*.py"]
+)
 
 
 def free_domain() -> tuple[int, TextIO]:

@@ -289,3 +289,31 @@ def test_the_page_has_every_parameter_as_the_code_has_it():
     tool = runpy.run_path(str(ROOT / "tools" / "parameter_table.py"))
     page = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
     assert tool["with_tables"](page) == page, "run tools/parameter_table.py"
+
+
+SCALED = [spec for spec in all_specs().values() if spec.of_radius]
+
+
+@given(st.floats(0.03, 0.3), st.floats(0.03, 0.3))
+def test_lengths_at_their_defaults_follow_the_radius_and_others_stay(first, second):
+    assert len(SCALED) == 12
+    given = {"robot.radius": first, "time_to_goal.grid_spacing": 0.05}
+    once = Settings().with_values(given)
+    twice = once.with_values({"robot.radius": second})
+    for settings, radius in ((once, first), (twice, second)):
+        values = settings.values()
+        assert values["time_to_goal.grid_spacing"] == 0.05
+        for spec in SCALED:
+            if spec.key in given:
+                continue
+            scaled = spec.default * radius / 0.09
+            assert values[spec.key] == pytest.approx(min(max(scaled, spec.low), spec.high))
+    written = once.with_values(once.values())
+    assert written == once
+
+
+def test_by_hand_a_robot_of_twice_the_radius_and_ours():
+    large = Settings().with_values({"robot.radius": 0.18, "planner.goal_tolerance": 0.2})
+    assert (large.time_to_goal.half_side, large.time_to_goal.averse_distance) == (2.4, 0.06)
+    assert large.planner.goal_tolerance == 0.2
+    assert Settings().with_values({"robot.radius": 0.09}) == Settings()

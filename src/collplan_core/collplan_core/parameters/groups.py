@@ -17,6 +17,8 @@ _PART = r"(?:[A-Za-z_]|\{(?:node|ns|namespace)\})(?:\w|\{(?:node|ns|namespace)\}
 TOPIC = re.compile(rf"~|(?:~?/)?{_PART}(?:/{_PART})*", re.ASCII)
 """Names of topics that ROS accepts: design.ros2.org, Topic and Service Names."""
 A_TOPIC = "expected a name of ROS: letters, digits, _ and /; no part begins with a digit or is empty"
+RADIUS = 0.09
+"""Radius of the Omnipuck [m]."""
 LONGEST_TOPIC = 247
 """Characters of a topic's name that the middleware accepts."""
 
@@ -26,7 +28,7 @@ class Robot(Parameters):
     """The Omnipuck. All assumed but max_speed (paper, IV-B)."""
 
     group = "robot"
-    radius: float = parameter(0.09, "Radius of the body with its reflection ring (assumed)", unit="m", low=0.01, high=1.0)
+    radius: float = parameter(RADIUS, "Radius of the body with its reflection ring (assumed)", unit="m", low=0.01, high=1.0)
     mass: float = parameter(0.7, "Mass (assumed)", unit="kg", low=0.05, high=100.0)
     inertia_factor: float = parameter(1.0 / 3.0, "1 / (1 + m r^2 / I): 1/3 for a uniform disc, 1/2 with all mass in the ring (assumed)", low=0.05, high=0.5)
     wheel_mass: float = parameter(0.0, "Reflected mass of wheels and motors: a hit stops the body alone, traction then pulls the two together (assumed)", unit="kg", low=0.0, high=10.0)
@@ -52,7 +54,7 @@ class LocalMapping(Parameters):
     """The sliding local map that is made of a scan."""
 
     group = "local_map"
-    half_side: float = parameter(0.6, "Half the side of the square map around the robot; time-to-goal strategies use time_to_goal.half_side", unit="m", low=0.2, high=5.0, live=True)
+    half_side: float = parameter(0.6, "Half the side of the square map around the robot; time-to-goal strategies use time_to_goal.half_side", unit="m", low=0.2, high=5.0, live=True, of_radius=RADIUS)
     clearance: float = parameter(0.0, "Distance kept beyond the robot's radius when obstacles are grown", unit="m", low=0.0, high=0.5, live=True)
     n_rays: int = parameter(360, "Directions in which the free space is measured, evenly over the full turn; a multiple of 4", low=60, high=3600)
     surface_tolerance: float = parameter(0.001, "Largest distance of a hit from the straight piece fitted to its surface", unit="m", low=0.0, high=0.05, live=True)
@@ -92,19 +94,19 @@ class Planning(Parameters):
     goal_timeout: float = parameter(120.0, "Time after which an accepted goal is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
     longest_detour: float = parameter(20.0, "Way without coming nearer to the goal after which it is aborted, for strategies without memory of boundaries; 0 is never", unit="m", low=0.0, high=10000.0, live=True)
     recovery_tries: int = parameter(3, "How often a stuck robot backs out and tries again before the goal is aborted", low=0, high=100, live=True)
-    frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
-    shortest_frontier: float = parameter(0.05, "Shorter frontiers are ignored if a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
+    frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True, of_radius=RADIUS)
+    shortest_frontier: float = parameter(0.05, "Shorter frontiers are ignored if a longer one is seen", unit="m", low=0.0, high=0.5, live=True, of_radius=RADIUS)
     n_directions: int = parameter(8, "N_l, number of candidate velocity directions", low=4, high=64, live=True)
     n_speeds: int = parameter(4, "N_v, candidate speeds are 0 to v_max in so many steps", low=1, high=32, live=True)
     turn_penalty: float = parameter(5.0, "f_a, factor on J_pos where the turn reaches turn_threshold", low=1.0, high=1e3, live=True)
     turn_threshold: float = parameter(radians(70.0), "theta_thres, turn from which the penalty applies", unit="rad", low=0.0, high=pi, live=True)
     gap_weight: float = parameter(1.0, "f_theta, weight of the opening's width", unit="1/m", low=0.0, high=10.0, live=True)
-    widest_gap: float = parameter(0.6, "Wider openings count as this wide, which is not narrow", unit="m", low=0.0, high=100.0, live=True)
+    widest_gap: float = parameter(0.6, "Wider openings count as this wide, which is not narrow", unit="m", low=0.0, high=100.0, live=True, of_radius=RADIUS)
     speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
     time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=1e-9, high=1.0, live=True)
     rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
     rebound_penalty: float = parameter(-1.0, "Reward of a rebound that ends in known free space", unit="m/s", low=-100.0, high=0.0, live=True)
-    prune_distance: float = parameter(0.35, "d_prune, distance within which one frontier represents another", unit="m", low=0.0, high=5.0, live=True)
+    prune_distance: float = parameter(0.35, "d_prune, distance within which one frontier represents another", unit="m", low=0.0, high=5.0, live=True, of_radius=RADIUS)
     time_scale: float = parameter(1.3, "P_safe, factor on the time that the waypoints take at v_max", low=1.0, high=5.0, live=True)
     acceleration_factor: float = parameter(2.0, "Peak acceleration of a spline over the robot's max_acceleration", low=0.5, high=100.0, live=True)
     n_samples: int = parameter(64, "Samples of a published plan", low=8, high=1000)
@@ -135,10 +137,10 @@ class Remembered(Parameters):
 
     group = "remembered"
     side: float = parameter(30.0, "Longest side of the space in which boundaries are kept; it begins as a square of 6 m and grows with the way", unit="m", low=1.0, high=30.0)
-    spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1)
+    spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1, of_radius=RADIUS)
     max_pieces: int = parameter(20000, "Largest number of pieces; those seen longest ago are forgotten first", low=100, high=100000)
-    inferred_depth: float = parameter(0.30, "Depth of the solid assumed behind an observed boundary, for the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
-    inferred_inset: float = parameter(0.08, "Distance from the ends of what was observed at which the inferred solid begins", unit="m", low=0.0, high=0.5)
+    inferred_depth: float = parameter(0.30, "Depth of the solid assumed behind an observed boundary, for the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0, of_radius=RADIUS)
+    inferred_inset: float = parameter(0.08, "Distance from the ends of what was observed at which the inferred solid begins", unit="m", low=0.0, high=0.5, of_radius=RADIUS)
     contradiction: float = parameter(0.05, "Boundaries are forgotten if two scans in a row see this far through them", unit="m", low=0.005, high=0.5)
 
 
@@ -147,9 +149,9 @@ class TimeToGoal(Parameters):
     """Rollouts to the goal under the robot's own law, judged by the time they take. For the time-to-goal strategies."""
 
     group = "time_to_goal"
-    half_side: float = parameter(1.2, "Half the side of the square around the robot within which scans are used", unit="m", low=0.2, high=5.0)
+    half_side: float = parameter(1.2, "Half the side of the square around the robot within which scans are used", unit="m", low=0.2, high=5.0, of_radius=RADIUS)
     horizon: float = parameter(1.3, "Length of a coarse rollout", unit="s", low=0.2, high=5.0)
-    grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
+    grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2, of_radius=RADIUS)
     n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
     start_proposals: int = parameter(50, "Changes tried on each coarse plan that is refined", low=0, high=10000)
     proposals: int = parameter(600, "Most changes tried on the best refined plan, and a third as many on a smooth one; fewer if they gain nothing more", low=0, high=100000)
@@ -162,8 +164,8 @@ class TimeToGoal(Parameters):
     averse_speed_cost: float = parameter(2.0, "avoid, stop_guarantee: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
     inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
     margin_cost: float = parameter(2500.0, "Cost of a place within the margin, by time and by the square of how far within", unit="1/m^2", low=0.0, high=1e6)
-    tolerant_distance: float = parameter(0.02, "bounce, tolerate: margin to boundaries that are not touched", unit="m", low=0.0, high=0.1)
-    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: margin to boundaries", unit="m", low=0.0, high=0.1)
+    tolerant_distance: float = parameter(0.02, "bounce, tolerate: margin to boundaries that are not touched", unit="m", low=0.0, high=0.1, of_radius=RADIUS)
+    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: margin to boundaries", unit="m", low=0.0, high=0.1, of_radius=RADIUS)
 
 
 @dataclass(frozen=True)
@@ -525,12 +527,26 @@ class Settings:
         """
         known = all_specs()
         by_group: dict[str, dict[str, Any]] = {}
-        for key, value in values.items():
+        for key, value in {**values, **self._scaled(values, known)}.items():
             if key not in known:
                 raise unknown_key(key)
             group, name = key.split(".")
             by_group.setdefault(group, {})[name] = value
         return replace(self, **{g: replace(getattr(self, g), **v) for g, v in by_group.items()})
+
+    def _scaled(self, values: dict[str, Any], known: dict[str, Spec]) -> dict[str, Any]:
+        """The lengths that are at their defaults, for the radius among the values."""
+        before, now = self.robot.radius, known["robot.radius"].checked(values.get("robot.radius", self.robot.radius))
+        if before == now == RADIUS:
+            return {}
+        present = self.values()
+        return {
+            key: spec.default_at(now)
+            for key, spec in known.items()
+            if spec.of_radius
+            and values.get(key, spec.default) == spec.default
+            and (key in values or present[key] == spec.default_at(before))
+        }
 
     def values(self) -> dict[str, Any]:
         """Every `group.field` key and its value."""

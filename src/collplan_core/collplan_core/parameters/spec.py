@@ -37,6 +37,8 @@ class Spec:
     high: float | None
     choices: Sequence[str]
     live: bool
+    of_radius: float = 0.0
+    """Radius of the robot that the default is for [m]: at its default it is scaled with robot.radius. 0: it is not."""
 
     @property
     def expected(self) -> str:
@@ -71,6 +73,13 @@ class Spec:
             raise self._error(value)
         return kind(value)
 
+    def default_at(self, radius: float) -> Any:
+        """The default for a robot of this radius [m], within the range."""
+        if not self.of_radius:
+            return self.default
+        scaled = self.default * (radius / self.of_radius)
+        return min(max(scaled, self.low or 0.0), math.inf if self.high is None else self.high)
+
     def _checked_numbers(self, value: Any) -> tuple[float, ...]:
         try:
             each = replace(self, default=0.0)
@@ -93,12 +102,12 @@ def parameter(
     high: float | None = None,
     choices: Sequence[str] = (),
     live: bool = False,
+    of_radius: float = 0.0,
 ) -> Any:
     """A dataclass field that carries what its `Spec` needs. Angles are in radians, everything else in SI units."""
-    return field(
-        default=default,
-        metadata={"doc": doc, "unit": unit, "low": low, "high": high, "choices": choices, "live": live},
-    )
+    doc += f"; default of a robot of {of_radius:g} m, scaled with robot.radius" if of_radius else ""
+    kept = {"unit": unit, "low": low, "high": high, "choices": choices, "live": live, "of_radius": of_radius}
+    return field(default=default, metadata={"doc": doc, **kept})
 
 
 @dataclass(frozen=True)

@@ -244,10 +244,10 @@ class MocapNode(GraphNode):
             return Health(ERROR, f"{SAME_POSE} on {topic} {described_age(age)}", values)
         if new:
             return Health(WARN, f"{new} poses refused, the last for {refusals.newest}", values)
+        if self._longest_gap > self._settings.limits.pose_age and age < 2.0 * self._longest_gap:
+            return Health(WARN, self._too_slow(), values)
         if self._is_late():
             return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
-        if self._longest_gap > self._settings.limits.pose_age:
-            return Health(WARN, self._too_slow(), values)
         return Health(OK, "poses come in", values)
 
     def _too_slow(self) -> str:

@@ -1,0 +1,139 @@
+"""mocap_node between an odometry and a localisation, with the real messages of /tf."""
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.sensing.pose_filter import PoseSample
+from collplan_ros.messages.conversions import pose_to_message, quaternion_from_yaw
+from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_ros.nodes.mocap_node import MocapNode
+from node_health import NodeHealth
+
+USED = {"mocap.format": "odometry", "mocap.topic": "/odom", "mocap.frame": "odom", "mocap.localised": True}
+QUARTER = math.pi / 2
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class OdometryBench:
+    """The node, an odometry at 50 Hz and a localisation."""
+
+    def __init__(self, ros, real_messages, topic="/tf", **parameters):
+        self.ros = ros
+        self.kind = real_messages("tf2_msgs.msg").TFMessage
+        self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
+        self.refusals = ros.listen(String, "mocap/refused", POSE_SUBSCRIBED)
+        self.impacts = ros.listen(Vector3Stamped, "impact", EVENT)
+        self.node = ros.make(MocapNode, USED | parameters)
+        self.transforms = ros.publisher(self.kind, topic, 100 if topic == "/tf" else LATCHED)
+        self.poses = ros.publisher(Odometry, "/odom", POSE_PUBLISHED)
+        assert ros.wait_until(lambda: self.node.count_subscribers("mocap/odom"))
+        self.stamp, self.x = 5.0, 0.0
+
+    def ties(self, x: float, y: float, yaw: float) -> None:
+        transform = TransformStamped(child_frame_id="odom")
+        transform.header.frame_id = "map"
+        transform.transform.translation.x, transform.transform.translation.y = x, y
+        transform.transform.rotation = quaternion_from_yaw(yaw)
+        other = TransformStamped(child_frame_id="laser")
+        other.header.frame_id = "base_link"
+        self.transforms.publish(self.kind(transforms=[other, transform]))
+        self.ros.spin(0.05)
+
+    def drive(self, n: int, speed: float) -> None:
+        """n poses along the x axis of the odometry's frame."""
+        for _ in range(n):
+            self.stamp, self.x = self.stamp + 0.02, self.x + 0.02 * speed
+            pose = pose_to_message(PoseSample(self.stamp, np.array([self.x, 0.0]), 0.0), "odom")
+            message = Odometry(header=pose.header, child_frame_id="base_link")
+            message.pose.pose = pose.pose
+            self.poses.publish(message)
+            self.ros.spin(0.005)
+
+    @property
+    def place(self) -> tuple[float, float]:
+        position = self.odometry[-1].pose.pose.position
+        return position.x, position.y
+
+
+@pytest.mark.parametrize("topic", ["/tf", "/tf_static"])
+def test_poses_are_those_of_the_map_from_the_first_transform_on(ros, real_messages, topic):
+    bench = OdometryBench(ros, real_messages, topic)
+    bench.drive(10, 0.5)
+    assert ros.wait_until(lambda: bench.refusals)
+    assert "no transform from map to odom" in bench.refusals[-1].data
+    assert not bench.odometry
+    bench.ties(1.0, 2.0, QUARTER)
+    bench.drive(20, 0.5)
+    assert ros.wait_until(lambda: bench.odometry and bench.place == pytest.approx((1.0, 2.0 + bench.x)))
+    twist = bench.odometry[-1].twist.twist.linear  # in the body frame, which has turned with it
+    assert (twist.x, twist.y) == pytest.approx((0.5, 0.0), abs=1e-6)
+
+
+def test_a_correction_is_neither_a_leap_nor_an_impact_and_a_jump_of_a_metre_is(ros, real_messages):
+    bench = OdometryBench(ros, real_messages)
+    bench.ties(1.0, 2.0, 0.0)
+    bench.drive(20, 0.5)
+    ros.wait_until(lambda: bench.odometry)
+    bench.ties(1.03, 1.98, 0.01)
+    heard = len(bench.odometry)
+    bench.drive(20, 0.5)
+    assert ros.wait_until(lambda: len(bench.odometry) == heard + 20)
+    speeds = [each.twist.twist.linear.x for each in bench.odometry[heard:]]
+    assert speeds == pytest.approx([0.5] * 20, abs=1e-6)
+    assert not bench.impacts
+    assert not bench.refusals
+    bench.ties(2.03, 1.98, 0.01)
+    bench.drive(5, 0.5)
+    assert ros.wait_until(lambda: bench.refusals)
+    assert bench.refusals[-1].data.startswith("kidnapped: the localisation moved it by 1.00 m")
+
+
+def test_an_odometry_that_stands_still_is_not_frozen(ros, real_messages):
+    bench = OdometryBench(ros, real_messages)
+    bench.ties(1.0, 2.0, 0.0)
+    bench.drive(60, 0.0)
+    assert ros.wait_until(lambda: len(bench.odometry) > 40)
+    assert not bench.refusals
+
+
+def test_odometry_is_not_believed_while_it_slips(ros, real_messages):
+    bench = OdometryBench(ros, real_messages, **{"mocap.slip_time": 0.1})
+    bench.ties(0.0, 0.0, 0.0)
+    bench.drive(25, 1.0)
+    assert ros.wait_until(lambda: bench.odometry)
+    bench.drive(25, -0.6)
+    assert ros.wait_until(lambda: bench.impacts)
+    ros.spin(0.1)
+    stamps = [each.header.stamp.sec + 1e-9 * each.header.stamp.nanosec for each in bench.odometry]
+    assert 0.1 <= max(np.diff(stamps)) <= 0.14
+
+
+def test_poses_of_a_localisation_alone_are_refused_with_what_to_set_up(ros):
+    health = NodeHealth(ros, "/mocap_node")
+    ros.make(MocapNode, {"mocap.format": "pose_with_covariance", "mocap.topic": "/amcl_pose"})
+    poses = ros.publisher(PoseWithCovarianceStamped, "/amcl_pose", POSE_PUBLISHED)
+    for k in range(9):
+        pose = pose_to_message(PoseSample(5.0 + 0.33 * k, np.array([0.01 * k, 0.0]), 0.0), "map")
+        message = PoseWithCovarianceStamped(header=pose.header)
+        message.pose.pose = pose.pose
+        poses.publish(message)
+        ros.spin(0.33)
+        if "mocap.format odometry, mocap.localised" in health.newest.message:
+            return
+    assert health.says("mocap.format odometry, mocap.localised")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [({"mocap.frame": ""}, "mocap.frame"), ({"mocap.slip_time": 0.2}, "mocap.slip_time: got 0.2")],
+)
+def test_refused_parameters(ros, parameters, words):
+    with pytest.raises(ParameterError, match=words):
+        ros.make(MocapNode, USED | parameters)
