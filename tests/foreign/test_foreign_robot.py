@@ -39,6 +39,8 @@ def foreign(monkeypatch):
     if MODULES.is_dir():
         monkeypatch.setenv("PYTHONPATH", str(MODULES), prepend=os.pathsep)
         monkeypatch.setenv("AMENT_PREFIX_PATH", str(INSTALLED), prepend=os.pathsep)
+        # type support opens its libraries by their names
+        monkeypatch.setenv("LD_LIBRARY_PATH", str(INSTALLED / "lib"), prepend=os.pathsep)
     monkeypatch.setenv("MPLBACKEND", "agg")
 
 

@@ -27,14 +27,16 @@ def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):
         program, *arguments = shlex.split(repeating(first.asked(simulated=False), params, np.array(goal)))
         again = parse(arguments)
         assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
-        assert (again.max_speed, again.namespace, again.params) == (0.9, namespace, params)
+        assert (again.max_speed, again.graph, again.params) == (0.9, namespace, params)
         assert (again.scan, again.world) == (first.scan, None)
 
 
 def test_what_is_typed_is_taken_or_refused_by_its_name(capsys):
     assert parse(["--goal", "1,-2"]).goal == parse(["--goal", "1", "-2"]).goal == (1.0, -2.0)
-    assert parse([]).namespace == "/"
-    assert parse(["--namespace", "robot1"]).namespace == parse(["--namespace", "/robot1"]).namespace == "/robot1"
+    assert parse([]).graph == "/"
+    assert parse(["--robot", "base:/cmd_vel"]).graph == "/collplan"
+    assert parse(["--robot", "base:/cmd_vel", "--namespace", "/"]).graph == "/"
+    assert parse(["--namespace", "robot1"]).graph == parse(["--namespace", "/robot1"]).graph == "/robot1"
     goals = [["--goal", *wrong] for wrong in (["1"], ["1", "2", "3"], ["a,b"])]
     names = [["--namespace", each] for each in ("robot 1", "1st", "robot1/", "/lab//robot1", "robot-1", "//robot1")]
     for option, *wrong in (*goals, *names):

@@ -215,7 +215,7 @@ class Options:
         said = {"--world": self.world, "--max-speed": speed} if not simulated else {}
         where = {
             "--network": self.network,
-            "--namespace": None if self.namespace == "/" else self.namespace,
+            "--namespace": None if self.graph == robot_kind(self.robot).namespace else self.graph,
             "--scan": None if self.scan == SIM else self.scan,
         }
         given = {"--robot": self.robot, **where, **said}
