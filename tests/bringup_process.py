@@ -27,7 +27,9 @@ def nodes_of(out: Path) -> dict[str, int]:
         except (OSError, UnicodeDecodeError):
             continue
         if state != "Z" and any(argument.startswith(f"{out.resolve()}/") for argument in arguments):
-            found[next(Path(a).name for a in arguments if Path(a).name in {*NODES, "view_node"})] = int(entry.name)
+            found[next(Path(a).name for a in arguments if Path(a).name in {*NODES, "view_node", "base_node"})] = int(
+                entry.name
+            )
     return found
 
 

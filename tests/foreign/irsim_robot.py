@@ -1,7 +1,8 @@
 """Somebody else's robot, simulated by ir-sim: plain rclpy, not a line of collplan.
 
-It takes /cmd_vel in its body frame and gives /odom with slip and drift, /tf, /tf_static and /scan. In a real robot the
-localisation is another node. `python irsim_robot.py WORLD.yaml SEED [FAULT SECONDS]` runs it until it is ended.
+It takes /cmd_vel in its body frame and gives /odom with slip and drift, /tf, /tf_static and /scan; in a real robot the
+localisation is another node. `python irsim_robot.py WORLD.yaml SEED` runs it until it is ended. For tests it takes
+/fault, stopped, deaf, late or reversed; /truth is its true velocity and, as angular.z, the number of touches.
 """
 
 import math
@@ -12,64 +13,66 @@ import irsim
 import numpy as np
 import rclpy
 import shapely
-from geometry_msgs.msg import TransformStamped, Twist
+from geometry_msgs.msg import TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
 
 from tf2_msgs.msg import TFMessage
 
 STEP, LAG, ACCELERATION, WATCHDOG, RESTITUTION = 0.02, 0.1, 1.5, 0.5, 0.3
 SCALE, SLIP = 1.01, 0.2
 """Error of the odometry, and the share of the change of velocity in a hit that it does not see."""
-CORRECTION, SCAN = 0.2, 0.1
-"""Periods of the localisation and of the LIDAR [s]."""
+CORRECTION, SCAN, LATE = 0.2, 0.1, 15
+"""Periods of the localisation and of the LIDAR [s], and the steps by which late commands are."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class IrSimRobot(Node):
-    def __init__(self, world: str, seed: int, fault: str = "", begins: float = math.inf) -> None:
+    def __init__(self, world: str, seed: int) -> None:
         super().__init__("irsim_robot")
         self._env = irsim.make(world, display=False, disable_all_plot=True, log_level="ERROR")
         self._robot = self._env.robot
         self._walls = shapely.union_all([each.geometry for each in self._env.obstacle_list])
         self._random = np.random.default_rng(seed)
-        self._fault, self._begins, self._steps = fault, begins, 0
-        self._velocity, self._told, self._heard = np.zeros(2), np.zeros(2), -math.inf
-        self._drift = self._robot.state[:2, 0].copy()
+        self._fault, self._steps, self._touches, self._commands = "", 0, 0, [(0, np.zeros(2))]
+        self._velocity, self._heard, self._drift = np.zeros(2), -math.inf, self._robot.state[:2, 0].copy()
         self._odometry_at, self._unseen = np.zeros(2), np.zeros(2)
         self._odometry = self.create_publisher(Odometry, "/odom", 10)
         self._transforms = self.create_publisher(TFMessage, "/tf", 100)
-        self._mount = self.create_publisher(TFMessage, "/tf_static", LATCHED)
+        mount = self.create_publisher(TFMessage, "/tf_static", LATCHED)
         self._scans = self.create_publisher(LaserScan, "/scan", 5)
-        self.touches = self.create_publisher(Twist, "/touches", 10)
+        self._truth = self.create_publisher(Twist, "/truth", 10)
+        self.create_subscription(String, "/fault", lambda message: setattr(self, "_fault", message.data), 10)
         self.create_subscription(Twist, "/cmd_vel", self._take, 1)
-        self._mount.publish(TFMessage(transforms=[self._transform("base_link", "laser", (0.0, 0.0))]))
+        mount.publish(TFMessage(transforms=[self._transform("base_link", "laser", (0.0, 0.0))]))
         self.create_timer(STEP, self._step)
 
-    def _is(self, fault: str) -> bool:
-        return self._fault == fault and self._steps * STEP > self._begins
-
     def _take(self, twist: Twist) -> None:
-        if self._is("deaf"):
+        if self._fault == "deaf":
             return
-        sign = -1.0 if self._is("reversed") else 1.0
-        self._told, self._heard = sign * np.array([twist.linear.x, twist.linear.y]), self._steps
+        sign, wait = -1.0 if self._fault == "reversed" else 1.0, LATE if self._fault == "late" else 0
+        self._commands.append((self._steps + wait, sign * np.array([twist.linear.x, twist.linear.y])))
+        self._heard = self._steps
 
     def _step(self) -> None:
         self._steps += 1
-        told = self._told if STEP * (self._steps - self._heard) < WATCHDOG or self._is("deaf") else np.zeros(2)
+        while len(self._commands) > 1 and self._commands[1][0] <= self._steps:
+            del self._commands[0]
+        obeys = self._fault == "deaf" or STEP * (self._steps - self._heard) < WATCHDOG
+        told = self._commands[0][1] if obeys else np.zeros(2)
         change = (told - self._velocity) * min(1.0, STEP / LAG)
-        most = ACCELERATION * STEP
-        change *= min(1.0, most / max(np.hypot(*change), 1e-9))
-        self._velocity = self._velocity + change
+        self._velocity = self._velocity + change * min(1.0, ACCELERATION * STEP / max(np.hypot(*change), 1e-9))
         self._hit()
         self._env.step(self._velocity[:, None])
         seen = self._velocity - self._unseen
         self._unseen *= math.exp(-STEP / 0.05)
         self._odometry_at += SCALE * seen * STEP
-        if not self._is("stopped"):
+        moves = Vector3(x=float(self._velocity[0]), y=float(self._velocity[1]))
+        self._truth.publish(Twist(linear=moves, angular=Vector3(z=float(self._touches))))
+        if self._fault != "stopped":
             self._tell(seen)
 
     def _hit(self) -> None:
@@ -80,22 +83,20 @@ class IrSimRobot(Node):
             return
         nearest = shapely.get_coordinates(shapely.shortest_line(self._walls, shapely.Point(*at)))
         normal = (nearest[1] - nearest[0]) / max(np.hypot(*(nearest[1] - nearest[0])), 1e-9)
-        into = float(self._velocity @ normal)
-        if into < 0.0:
+        if (into := float(self._velocity @ normal)) < 0.0:
             change = -(1.0 + RESTITUTION) * into * normal
             self._velocity, self._unseen = self._velocity + change, self._unseen + SLIP * change
-            self.touches.publish(Twist())
+            self._touches += 1
 
     def _tell(self, seen: np.ndarray) -> None:
         stamp = self.get_clock().now().to_msg()
         odometry = Odometry(child_frame_id="base_link")
         odometry.header.stamp, odometry.header.frame_id = stamp, "odom"
-        odometry.pose.pose.position.x, odometry.pose.pose.position.y = map(float, self._odometry_at)
+        odometry.pose.pose.position.x, odometry.pose.pose.position.y = self._odometry_at.tolist()
         odometry.twist.twist.linear.x, odometry.twist.twist.linear.y = map(float, seen)
         self._odometry.publish(odometry)
         if self._steps % round(CORRECTION / STEP) == 0:
-            truth = self._robot.state[:2, 0] + self._random.normal(0.0, 0.005, 2)
-            self._drift = truth - self._odometry_at
+            self._drift = self._robot.state[:2, 0] + self._random.normal(0.0, 0.005, 2) - self._odometry_at
         tied = [self._transform("map", "odom", self._drift), self._transform("odom", "base_link", self._odometry_at)]
         self._transforms.publish(TFMessage(transforms=tied))
         if self._steps % round(SCAN / STEP) == 0:
@@ -116,4 +117,4 @@ class IrSimRobot(Node):
 
 if __name__ == "__main__":
     rclpy.init()
-    rclpy.spin(IrSimRobot(sys.argv[1], int(sys.argv[2]), *sys.argv[3:4], *map(float, sys.argv[4:5])))
+    rclpy.spin(IrSimRobot(sys.argv[1], int(sys.argv[2])))
