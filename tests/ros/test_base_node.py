@@ -8,6 +8,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log
 from std_srvs.srv import Trigger
 
 from collplan_core.parameters.spec import ParameterError
@@ -113,6 +114,19 @@ def test_a_base_that_drives_on_after_zero_is_held_and_told(ros):
     # 0.45 / 1.5 to brake, three lags, and base.runaway_time
     assert seconds(steady_clock()) - begun > 0.3 + 0.3 + 0.5 - 0.1
     assert "Stop it by hand" in bench.state
+
+
+def test_a_stopped_base_that_drives_on_is_told_too(ros):
+    bench = BaseBench(ros)
+    bench.go()
+    bench.moves_at(0.45)
+    logged = ros.listen(Log, "/rosout", 100)
+    assert ros.call(Trigger, "estop").success
+    begun = seconds(steady_clock())
+    while not any("drives on" in each.msg for each in logged):
+        bench.moves_at(0.45)
+        assert seconds(steady_clock()) - begun < 20.0
+    assert bench.health.says("drives on") or "emergency stop" in bench.state
 
 
 def test_a_base_that_stands_or_brakes_in_time_is_not(ros):

@@ -73,6 +73,7 @@ class BaseNode(GraphNode):
         self._sent_at = -math.inf
         self._stopped: tuple[float, float] | None = None
         self._speed = 0.0
+        self._runs_away = False
         self._counts = {"sent": 0, "expired": 0}
         self._inputs = Inputs(self)
         self.contract = RobotContract(self, self._inputs, self, self._settings)
@@ -120,7 +121,12 @@ class BaseNode(GraphNode):
         self._others.look(self.now())
         if self._others.why_refused:
             return self._others.why_refused
-        return "" if self.is_ready() else f"no node subscribes to {self._topic}: is the driver of the base running?"
+        other = "Twist" if self._settings.base.stamped else "TwistStamped"
+        return (
+            ""
+            if self.is_ready()
+            else f"no node subscribes to {self._topic}: is the driver of the base running, or does it take {other}?"
+        )
 
     # ---- what is sent
 
@@ -170,7 +176,11 @@ class BaseNode(GraphNode):
 
     def _take_pose(self, raw: bytes) -> None:
         self._speed = math.hypot(*self._felt.take_pose(raw).velocity.tolist())
-        if self.contract.may_move and (why := self._why_runaway()):
+        why, told = self._why_runaway(), self._runs_away
+        self._runs_away = bool(why)
+        if why and not told:
+            # also while it is held or stopped: then nothing else says so
+            self.get_logger().error(why)
             self.contract.hold(why)
 
     def _why_runaway(self) -> str:
