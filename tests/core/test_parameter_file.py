@@ -297,12 +297,12 @@ SCALED = [spec for spec in all_specs().values() if spec.of_radius]
 @given(st.floats(0.03, 0.3), st.floats(0.03, 0.3))
 def test_lengths_at_their_defaults_follow_the_radius_and_others_stay(first, second):
     assert len(SCALED) == 12
-    given = {"robot.radius": first, "time_to_goal.grid_spacing": 0.05}
+    given = {"robot.radius": first, "time_to_goal.grid_spacing": 0.0517}
     once = Settings().with_values(given)
     twice = once.with_values({"robot.radius": second})
     for settings, radius in ((once, first), (twice, second)):
         values = settings.values()
-        assert values["time_to_goal.grid_spacing"] == 0.05
+        assert values["time_to_goal.grid_spacing"] == 0.0517
         for spec in SCALED:
             if spec.key in given:
                 continue

@@ -70,7 +70,10 @@ class ActionBench:
 
 @pytest.fixture
 def bench(ros, real_messages):
-    return ActionBench(ros, real_messages("nav2_msgs.action").NavigateToPose)
+    bench = ActionBench(ros, real_messages("nav2_msgs.action").NavigateToPose)
+    yield bench
+    # it keeps its node, which is then listed to tests that follow
+    bench.client.destroy()
 
 
 def test_a_client_learns_how_far_the_robot_is_and_that_it_arrived(ros, bench):

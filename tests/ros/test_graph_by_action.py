@@ -30,6 +30,7 @@ def test_a_client_drives_the_robot_to_its_goal_and_sees_it_on_tf(ros, real_messa
     end = sent.result().get_result_async()
     assert ros.wait_until(end.done, clock=lambda: graph.state.stamp)
     assert end.result().status == GoalStatus.STATUS_SUCCEEDED
+    client.destroy()
     left = [each.distance_remaining for each in feedback]
     assert left[0] > 1.8
     assert left[-1] < 0.5
