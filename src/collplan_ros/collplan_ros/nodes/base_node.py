@@ -29,6 +29,8 @@ from collplan_ros.nodes.robot_contract import RobotContract
 from collplan_ros.nodes.touch_input import NONE, TouchInput
 
 GROUPS = (Robot, Cap, Limits, Control, Frames, Base, "rebound.restitution")
+NO_COMMAND = np.zeros(2), 0.0, -math.inf
+"""Velocity [m/s], yaw rate [rad/s], and when it was sent [s], before the first command and after one has expired."""
 FINAL_ZEROS = 3
 """Zero velocities sent at the end; a base that subscribes best effort may lose one."""
 
@@ -69,7 +71,7 @@ class BaseNode(GraphNode):
         self._steady = steady_clock()
         self._out = self.create_publisher(TwistStamped if base.stamped else Twist, self._topic, qos.NEWEST)
         self._others = Commanders(self, self._topic)
-        self._command = (np.zeros(2), 0.0, -math.inf)
+        self._command = NO_COMMAND
         self._sent_at = -math.inf
         self._stopped: tuple[float, float] | None = None
         self._speed = 0.0
@@ -119,22 +121,17 @@ class BaseNode(GraphNode):
     def why_not_start(self) -> str:
         """Returns the reason why the robot must not begin to move; "" where it may."""
         self._others.look(self.now())
-        if self._others.why_refused:
+        if self._others.why_refused or self.is_ready():
             return self._others.why_refused
         other = "Twist" if self._settings.base.stamped else "TwistStamped"
-        return (
-            ""
-            if self.is_ready()
-            else f"no node subscribes to {self._topic}: is the driver of the base running, or does it take {other}?"
-        )
+        return f"no node subscribes to {self._topic}: is the driver of the base running, or does it take {other}?"
 
     # ---- what is sent
 
     def _tick(self) -> None:
         now = self.now()
         self._others.look(now)
-        reason = self._others.why_refused or (self.contract.may_move and self._why_lost()) or ""
-        if reason and self.contract.may_move:
+        if self.contract.may_move and (reason := self._others.why_refused or self._why_lost()):
             self.contract.hold(reason)
         if now - self._sent_at > 0.5 / self._settings.base.rate:
             self._send()
@@ -146,13 +143,13 @@ class BaseNode(GraphNode):
         now = self.now()
         velocity, yaw_rate, given = self._command
         if not self.contract.may_move:
-            self._command = np.zeros(2), 0.0, -math.inf
+            self._command = NO_COMMAND
         elif now - given < self._settings.limits.command_age:
             self._publish(velocity, yaw_rate)
             return
         elif math.isfinite(given):
             self._counts["expired"] += 1
-            self._command = np.zeros(2), 0.0, -math.inf
+            self._command = NO_COMMAND
         self._publish(np.zeros(2), 0.0)
 
     def _publish(self, velocity: np.ndarray, yaw_rate: float) -> None:
