@@ -34,7 +34,7 @@ HARDEST = impulse_of(SHIPPED, SHIPPED.limits.impact_speed)
 
 
 def sentences(settings: Settings, impulse: float) -> Iterator[str]:
-    """What `make worth` says of a robot that withstands an impulse [N s]."""
+    """The sentences of `make worth` for a robot that withstands an impulse [N s]."""
     number, restitution = number_of(settings), settings.rebound.restitution
     cells = read_curve()
     found = {family: expected(cells, family, number, restitution) for family in families_of(cells)}

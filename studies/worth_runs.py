@@ -20,7 +20,7 @@ from omnipuck_sim.trial import run_trial
 STRATEGIES = OURS, AGAINST = ("bounce", "avoid")
 TURNING, BAFFLES = ("serpentine", "u"), ("baffles",)
 SEEDS = range(8300, 8312)
-"""Of the worlds of each family, and of the noise in them; nothing was tuned on these."""
+"""Seeds of the worlds of each family, and of the noise in them; nothing was tuned on these."""
 DRAWN_SEEDS = range(8312, 8318)
 """The same for the robots that are drawn."""
 SHIPPED = Settings()

@@ -24,7 +24,7 @@ from worth_curve import CURVE, FAMILIES, Cell, expected, read_curve
 from worth_runs import AGAINST, DRAWN, OURS, SEEDS, TURNING, Robot, row_of, run_of, runs
 
 Saved = dict[Robot, dict[str, list[float]]]
-"""Of each robot and family, the time that bounce saves in each world where both arrive [%]."""
+"""Returns by robot and family the time that bounce saves in each world where both arrive [%]."""
 
 
 def saved_by(rows: Sequence[dict[str, Any]]) -> Saved:

@@ -1,4 +1,4 @@
-"""What a base tells of a touch, by `base.touch`: a contact, the side of a hit, or accelerations that show one."""
+"""Reads the touches that a base reports, by `base.touch`: contacts, sides of hits, or accelerations."""
 
 import math
 from collections.abc import Callable
