@@ -34,9 +34,8 @@ class IrSimRobot(Node):
     def __init__(self, world: str, seed: int) -> None:
         super().__init__("irsim_robot")
         self._env = irsim.make(world, display=False, disable_all_plot=True, log_level="ERROR")
-        self._robot = self._env.robot
+        self._robot, self._random = self._env.robot, np.random.default_rng(seed)
         self._walls = shapely.union_all([each.geometry for each in self._env.obstacle_list])
-        self._random = np.random.default_rng(seed)
         self._fault, self._steps, self._touches, self._commands = "", 0, 0, [(0, np.zeros(2))]
         self._velocity, self._heard, self._drift = np.zeros(2), -math.inf, self._robot.state[:2, 0].copy()
         self._odometry_at, self._unseen = np.zeros(2), np.zeros(2)
@@ -47,7 +46,7 @@ class IrSimRobot(Node):
         self._truth = self.create_publisher(Twist, "/truth", 10)
         self.create_subscription(String, "/fault", lambda message: setattr(self, "_fault", message.data), 10)
         self.create_subscription(Twist, "/cmd_vel", self._take, 1)
-        mount.publish(TFMessage(transforms=[self._transform("base_link", "laser", (0.0, 0.0))]))
+        mount.publish(TFMessage(transforms=[self._transform("base_link", "laser", *self._robot.lidar.offset.ravel())]))
         self.create_timer(STEP, self._step)
 
     def _take(self, twist: Twist) -> None:
@@ -70,8 +69,8 @@ class IrSimRobot(Node):
         seen = self._velocity - self._unseen
         self._unseen *= math.exp(-STEP / 0.05)
         self._odometry_at += SCALE * seen * STEP
-        moves = Vector3(x=float(self._velocity[0]), y=float(self._velocity[1]))
-        self._truth.publish(Twist(linear=moves, angular=Vector3(z=float(self._touches))))
+        (x, y), touches = map(float, self._velocity), Vector3(z=float(self._touches))
+        self._truth.publish(Twist(linear=Vector3(x=x, y=y), angular=touches))
         if self._fault != "stopped":
             self._tell(seen)
 
@@ -97,7 +96,7 @@ class IrSimRobot(Node):
         self._odometry.publish(odometry)
         if self._steps % round(CORRECTION / STEP) == 0:
             self._drift = self._robot.state[:2, 0] + self._random.normal(0.0, 0.005, 2) - self._odometry_at
-        tied = [self._transform("map", "odom", self._drift), self._transform("odom", "base_link", self._odometry_at)]
+        tied = [self._transform("map", "odom", *self._drift), self._transform("odom", "base_link", *self._odometry_at)]
         self._transforms.publish(TFMessage(transforms=tied))
         if self._steps % round(SCAN / STEP) == 0:
             seen = self._env.get_lidar_scan()
@@ -108,10 +107,11 @@ class IrSimRobot(Node):
             scan.ranges = array("f", ranges.astype(np.float32).tobytes())
             self._scans.publish(scan)
 
-    def _transform(self, parent: str, child: str, at: np.ndarray | tuple[float, float]) -> TransformStamped:
+    def _transform(self, parent: str, child: str, x: float, y: float, yaw: float = 0.0) -> TransformStamped:
         transform = TransformStamped(child_frame_id=child)
+        transform.transform.rotation.z, transform.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         transform.header.stamp, transform.header.frame_id = self.get_clock().now().to_msg(), parent
-        transform.transform.translation.x, transform.transform.translation.y = map(float, at)
+        transform.transform.translation.x, transform.transform.translation.y = float(x), float(y)
         return transform
 
 

@@ -6,6 +6,8 @@ from pathlib import Path
 import yaml
 
 RADIUS = 0.15
+LIDAR_AT = (0.06, -0.03, 0.5)
+"""The LIDAR on the robot: forward, to the left [m], heading [rad]."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ def write_world(room: Room, path: Path) -> Path:
         for at_x, at_y, length, width in (*room.walls, *border)
     ]
     lidar = {"name": "lidar2d", "range_min": 0.05, "range_max": 6.0, "angle_range": 6.2832, "number": 240}
+    lidar["offset"] = [*LIDAR_AT]
     robot = {
         "kinematics": {"name": "omni"},
         "shape": {"name": "circle", "radius": RADIUS},

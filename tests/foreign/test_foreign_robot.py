@@ -40,7 +40,6 @@ PARAMETERS = {
     "robot": {"radius": RADIUS, "mass": 3.0, "max_speed": 0.8, "max_acceleration": 1.5, "velocity_lag": 0.1},
     "cap": {"speed": 0.8},
     "limits": {"impact_speed": 0.8},
-    "scan": {"frame": "laser"},
     "mocap": {"format": "odometry", "topic": "/odom", "frame": "odom", "localised": True},
 }
 

@@ -26,6 +26,7 @@ from collplan_ros.bringup import complaints
 from collplan_ros.bringup.complaints import seen_more_than
 from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import LATE, Graph
+from collplan_ros.bringup.lidar_place import with_lidar_place
 from collplan_ros.bringup.listener import NAME, REST_PATIENCE
 from collplan_ros.bringup.options import COMMANDER, PLANNER, Options
 from collplan_ros.bringup.preparation import prepare
@@ -171,7 +172,9 @@ class Bringup:
     def __init__(self, options: Options, progress: Progress | None = None) -> None:
         """Checks everything and makes the run folder."""
         self.progress = progress or Progress()
-        self.preparation = prepare(options)
+        self.preparation, place = with_lidar_place(prepare(options))
+        if place:
+            self.progress.say(place)
         self.folder = RunFolder(options.out, self.preparation.settings)
         self.graph = Graph(self.preparation, self.folder, self.progress)
         self._why = ""

@@ -36,6 +36,8 @@ FLOOR = "floor"
 """The world of a check, unless another is given."""
 REMAPPED = ["-r", "/clock:=clock"]
 """Keeps a simulation's clock in its own namespace: ROS has one for all robots of a domain, /clock."""
+MOUNT = {"scan.offset_x", "scan.offset_y", "scan.offset_yaw", "scan.mirrored"}
+"""Parameters of the LIDAR's place on the robot."""
 SERIAL_ENDS = {"firmware_emulator": "emulator.link", "driver_node": "driver.port"}
 """Parameters that name the pseudo-terminal in the place of a serial device, by node."""
 
@@ -57,6 +59,7 @@ class Preparation:
         checks: whether the robot is checked instead: nothing is recorded, and bringup's own node commands it.
         in_one_process: whether the robot and its nodes run in bringup's process, where simulated time waits for them.
         in_real_time: whether simulated time is at most as fast as real time there.
+        lidar_unsaid: whether the LIDAR is a real one whose place on the robot no parameter gives.
     """
 
     robot: RobotKind
@@ -71,6 +74,7 @@ class Preparation:
     checks: bool = False
     in_one_process: bool = False
     in_real_time: bool = True
+    lidar_unsaid: bool = False
 
     @property
     def ends(self) -> list[np.ndarray]:
@@ -136,7 +140,10 @@ def prepare(options: Options) -> Preparation:
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     steps = _steps(options, robot), options.real_time or options.view
-    return Preparation(robot, network, settings, world, goal, found, asked, options.graph, speed, options.check, *steps)
+    # a check finds its place from the scans
+    unsaid = LIDAR not in found and not options.check and not MOUNT & {*given, *chosen}
+    about = asked, options.graph, speed, options.check, *steps, unsaid
+    return Preparation(robot, network, settings, world, goal, found, *about)
 
 
 def find_executable(name: str) -> str:

@@ -1,0 +1,127 @@
+"""The LIDAR's place on a robot that is not simulated, from the static transforms of the robot's description."""
+
+import math
+import os
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import LaserScan
+
+from collplan_core.calibration.lidar_fit import LidarMount
+from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
+from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.network import environment_set, graph_environment
+from collplan_ros.bringup.preparation import Preparation
+from collplan_ros.messages.qos import LATCHED_TRANSFORMS, SENSOR_DATA
+from collplan_ros.nodes.localisation import TOLERANCE
+
+PATIENCE = 3.0
+"""Longest wait for scans and transforms [s]."""
+LEVEL = math.radians(15.0)
+"""Largest angle between the axis of the LIDAR and the vertical [rad]."""
+LOOK_PERIOD = 0.05
+"""Period at which what came is looked at [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A frame in its parent: position (3,) [m] and rotation."""
+
+    parent: str
+    position: np.ndarray
+    rotation: Rotation
+
+
+def mount_in(links: Mapping[str, Link], base: str, frame: str) -> LidarMount | None:
+    """The mounting pose of a sensor's frame on the robot's frame; None where no chain of links joins them.
+
+    Raises:
+        StartError: the sensor is not level, so that its scans are no plan of the room.
+    """
+    position, rotation, at = np.zeros(3), Rotation.identity(), frame
+    for _ in links:
+        if at == base or at not in links:
+            break
+        link = links[at]
+        position, rotation, at = link.position + link.rotation.apply(position), link.rotation * rotation, link.parent
+    if at != base:
+        return None
+    ahead, up = rotation.apply([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    if abs(up[2]) < math.cos(LEVEL):
+        tilt = math.degrees(math.acos(abs(up[2])))
+        raise StartError(f"/tf_static: {frame} is tilted by {tilt:.0f} degrees on {base}, expected a level LIDAR")
+    return LidarMount(float(position[0]), float(position[1]), math.atan2(ahead[1], ahead[0]), bool(up[2] < 0.0))
+
+
+def with_lidar_place(preparation: Preparation) -> tuple[Preparation, str]:
+    """The preparation with the LIDAR where /tf_static says, unless parameters say it, and how that went, in words.
+
+    Raises:
+        StartError: the LIDAR is not level.
+    """
+    if not preparation.lidar_unsaid:
+        return preparation, ""
+    base, frame, mount = preparation.settings.frames.base, *_listened(preparation)
+    if mount is None:
+        return preparation, (
+            f"LIDAR: taken to be at the robot's centre, facing forward. /tf_static has no transform from {base} to "
+            f"{frame or 'the frame of the scans, none of which came'}: scan.offset_x, _y and _yaw can say it"
+        )
+    found = {f"scan.offset_{key}": getattr(mount, key) for key in ("x", "y", "yaw")}
+    values = {**found, "scan.mirrored": mount.mirrored, "scan.frame": "" if frame == base else frame}
+    upside_down = ", upside down" if mount.mirrored else ""
+    place = f"{mount.x:.3f} m forward, {mount.y:.3f} m left, turned by {math.degrees(mount.yaw):.1f} degrees"
+    said = f"LIDAR: {frame} is {place}{upside_down}: /tf_static"
+    return replace(preparation, settings=preparation.settings.with_values(values)), said
+
+
+def _listened(preparation: Preparation) -> tuple[str, LidarMount | None]:
+    """Frame of the scans, "" where none came, and its place, None where /tf_static does not join it to the robot."""
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError:
+        return preparation.settings.scan.frame, None
+    links: dict[str, Link] = {}
+    frames, base = [preparation.settings.scan.frame], preparation.settings.frames.base
+
+    def take_transforms(message: Any) -> None:
+        for each in message.transforms:
+            shift, turn = each.transform.translation, each.transform.rotation
+            position, quaternion = (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
+            try:
+                check_pose_fields(0.0, position, quaternion, TOLERANCE)
+            except PoseError:
+                continue  # of another device, or one that the result then lacks
+            links[each.child_frame_id] = Link(each.header.frame_id, np.array(position), Rotation.from_quat(quaternion))
+
+    def take_scan(message: LaserScan) -> None:
+        frames[0] = frames[0] or str(message.header.frame_id)
+
+    with ExitStack() as stack:
+        stack.enter_context(environment_set(graph_environment(preparation.network, os.environ)))
+        context = Context()
+        stack.callback(context.try_shutdown)
+        arguments = ["--ros-args", *preparation.remapped]
+        try:
+            context.init(args=[])
+            node = Node("lidar_place", context=context, namespace=preparation.namespace, cli_args=arguments)
+        except RuntimeError:  # ROS does not start: bringup's own node says why
+            return frames[0], None
+        stack.callback(node.destroy_node)
+        node.create_subscription(TFMessage, "/tf_static", take_transforms, LATCHED_TRANSFORMS)
+        node.create_subscription(LaserScan, "scan", take_scan, SENSOR_DATA)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        stack.callback(executor.shutdown)
+        end = time.monotonic() + PATIENCE
+        while (mount := mount_in(links, base, frames[0])) is None and time.monotonic() < end:
+            executor.spin_once(LOOK_PERIOD)
+    return frames[0], mount
