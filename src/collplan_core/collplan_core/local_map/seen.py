@@ -90,6 +90,8 @@ def _see(stamp: float, ranges: np.ndarray, sweep: Sweep, origins: np.ndarray) ->
 @njit
 def seen_from(seen: SeenSurfaces, x: float, y: float) -> SeenSurfaces:
     """The surfaces from a point x, y [m] in place of the robot's centre."""
+    if x == 0.0 and y == 0.0:
+        return seen
     stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins = seen
     hits, pieces = hits - np.array([x, y]), pieces - np.array([x, y, x, y])
     origins = origins - np.array([x, y, 0.0])

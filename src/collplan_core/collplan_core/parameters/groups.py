@@ -23,6 +23,12 @@ LONGEST_TOPIC = 247
 """Characters of a topic's name that the middleware accepts."""
 
 
+def check_topic(key: str, topic: str) -> None:
+    """Raises ParameterError where the value of a key is no name of a topic."""
+    if not TOPIC.fullmatch(topic) or len(topic) > LONGEST_TOPIC:
+        raise ParameterError(f"{key}: got {topic!r}, {A_TOPIC}")
+
+
 @dataclass(frozen=True)
 class Robot(Parameters):
     """The Omnipuck. All assumed but max_speed (paper, IV-B)."""
@@ -262,8 +268,7 @@ class Mocap(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not TOPIC.fullmatch(self.topic) or len(self.topic) > LONGEST_TOPIC:
-            raise ParameterError(f"mocap.topic: got {self.topic!r}, {A_TOPIC}")
+        check_topic("mocap.topic", self.topic)
 
 
 @dataclass(frozen=True)
@@ -406,9 +411,8 @@ class Base(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for key, topic in (("base.topic", self.topic), ("base.touch_topic", self.touch_topic)):
-            if not TOPIC.fullmatch(topic) or len(topic) > LONGEST_TOPIC:
-                raise ParameterError(f"{key}: got {topic!r}, {A_TOPIC}")
+        check_topic("base.topic", self.topic)
+        check_topic("base.touch_topic", self.touch_topic)
 
 
 @dataclass(frozen=True)

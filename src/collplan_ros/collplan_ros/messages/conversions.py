@@ -126,9 +126,14 @@ def scan_to_message(scan: Scan, frame: str) -> LaserScan:
 # ---- commands
 
 
+def twist_of(velocity: np.ndarray, yaw_rate: float) -> Twist:
+    """Message of a velocity (2,) [m/s] and a yaw rate [rad/s] in the robot's frame."""
+    return Twist(linear=vector3(velocity), angular=Vector3(x=0.0, y=0.0, z=float(yaw_rate)))
+
+
 def command_to_twist(command: Command) -> Twist:
     """Message of a command in the robot's frame."""
-    return Twist(linear=vector3(command.velocity), angular=Vector3(x=0.0, y=0.0, z=float(command.yaw_rate)))
+    return twist_of(command.velocity, command.yaw_rate)
 
 
 def asks_for_rest(twist: Twist) -> bool:

@@ -16,7 +16,7 @@ from collplan_core.control.runaway import why_runaway
 from collplan_core.parameters import Base, Cap, Control, Frames, Limits, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.messages import qos
-from collplan_ros.messages.conversions import header, vector3
+from collplan_ros.messages.conversions import header, twist_of
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import Health
 from collplan_ros.node_kit.graph_node import GraphNode
@@ -163,8 +163,7 @@ class BaseNode(GraphNode):
         self._out.publish(self._message(velocity, yaw_rate))
 
     def _message(self, velocity: np.ndarray, yaw_rate: float) -> Twist | TwistStamped:
-        twist = Twist(linear=vector3(velocity))
-        twist.angular.z = float(yaw_rate)
+        twist = twist_of(velocity, yaw_rate)
         if not self._settings.base.stamped:
             return twist
         return TwistStamped(header=header(seconds(self.get_clock()), self._settings.frames.base), twist=twist)
