@@ -51,7 +51,7 @@ def cycle_round(states: list[Logged], pruned: bool = True) -> list[float]:
 def trajectory_round(states: list[Logged]) -> list[float]:
     """Time from a state and its plan's aim to the sampled spline, in each state [us]."""
     p = SHIPPED.planner
-    law, waypoints = TIME_LAWS[p.time_law](SHIPPED), WAYPOINTS[p.waypoints]
+    law, waypoints = TIME_LAWS[p.time_law](SHIPPED, 0.0), WAYPOINTS[p.waypoints]
     parameter = np.linspace(0.0, 1.0, p.n_samples)
 
     def trajectory(each: Logged) -> None:

@@ -18,9 +18,9 @@ from collplan_core.planners import Planner
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, is_there, roll_interval, to_go
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
-from collplan_core.time_to_goal_planner.full_plan import clip
 from collplan_core.time_to_goal_planner.initial_state import Expected, initial_velocity
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Constants, Problem
+from collplan_core.velocity_bounds import within
 from collplan_core.worlds import World
 from rivals.known_problem import known_problem, plan_along
 
@@ -39,11 +39,11 @@ def roll_each(
     clearance: np.ndarray, source: np.ndarray, constants: Constants, states: np.ndarray, commands: np.ndarray
 ) -> None:
     """Takes rollouts (k, 5), x, y, vx, vy and cost so far, one control interval on, each under its command (k, 2)."""
-    grid, goal, model, _ = constants
+    grid, goal, _, _, bounds = constants
     for k, row in enumerate(states):
         begin = motion_at(clearance, grid, row[0], row[1], row[2], row[3])
         if not is_there(goal, begin):
-            ux, uy = clip(commands[k, 0], commands[k, 1], model.max_speed)
+            ux, uy = within(bounds, commands[k, 0], commands[k, 1])
             end, cost, arrival = roll_interval(clearance, source, constants, begin, ux, uy)
             row[0], row[1], row[2], row[3] = end.x, end.y, end.vx, end.vy
             row[4] += cost + (CONTROL_INTERVAL if arrival == ON_THE_WAY else arrival)
@@ -79,7 +79,7 @@ def mppi_planner(world: World, settings: Settings) -> Planner:
         num_samples=SAMPLES,
         horizon=HORIZON,
         lambda_=TEMPERATURE,
-        u_max=torch.full((2,), problem.constants.model.max_speed),
+        u_max=torch.full((2,), problem.constants.bounds.max_speed),
         U_init=torch.zeros(HORIZON, 2),
         terminal_state_cost=lambda states, commands: torch.from_numpy(whole_costs(problem, states[0, :, -1].numpy())),
     )
@@ -95,7 +95,7 @@ def mppi_planner(world: World, settings: Settings) -> Planner:
             mppi.shift_nominal_trajectory()
         for _ in range(FIRST if memory is None else 1):
             mppi.command(begin, shift_nominal_trajectory=False)
-        commands = np.array([clip(ux, uy, settings.robot.max_speed) for ux, uy in mppi.U.tolist()])
+        commands = np.array([within(problem.constants.bounds, ux, uy) for ux, uy in mppi.U.tolist()])
         made = plan_along(problem, initial, commands, state.stamp, settings.robot.radius)
         assert made.velocities is not None
         return made, Expected(made.times, made.positions, made.velocities, made.contacts.times)

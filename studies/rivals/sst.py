@@ -21,8 +21,8 @@ from collplan_core.state import State
 from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, roll_interval
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
-from collplan_core.time_to_goal_planner.full_plan import clip
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Constants, Problem
+from collplan_core.velocity_bounds import within
 from collplan_core.worlds import World
 from rivals.known_problem import known_problem, plan_along
 
@@ -47,9 +47,9 @@ def drive(
     count: int,
 ) -> tuple[Motion, float]:
     """The motion from x, y, vx, vy after a command for control intervals, and its time [s], inf within the margin."""
-    grid, _, model, costs = constants
+    grid, costs, bounds = constants.grid, constants.costs, constants.bounds
     motion, took = motion_at(clearance, grid, state[0], state[1], state[2], state[3]), 0.0
-    ux, uy = clip(ux, uy, model.max_speed)
+    ux, uy = within(bounds, ux, uy)
     for _ in range(count):
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         there = arrival != ON_THE_WAY
@@ -85,7 +85,7 @@ def _search(world: World, settings: Settings, seconds: float) -> tuple[Plan | No
         initial = motion_at(problem.clearance, problem.constants.grid, x, y, 0.0, 0.0)
         path = setup.getSolutionPath()
         controls = [path.getControl(k) for k in range(path.getControlCount())]
-        commands = [clip(u[0], u[1], settings.robot.max_speed) for u in controls for _ in range(int(u[2]))]
+        commands = [within(problem.constants.bounds, u[0], u[1]) for u in controls for _ in range(int(u[2]))]
         plan = plan_along(problem, initial, np.array(commands), 0.0, settings.robot.radius)
     return plan, took, counted[0]
 
@@ -97,7 +97,7 @@ def _setup(problem: Problem, world: World, counted: list[int]) -> Any:
     util.RNG.setSeed(1)
     util.setLogLevel(util.LOG_ERROR)
     clearance, source, constants = problem.clearance, problem.source, problem.constants
-    goal, top, (x0, y0, x1, y1) = constants.goal, constants.model.max_speed, world.bounds
+    goal, top, (x0, y0, x1, y1) = constants.goal, constants.bounds.max_speed, world.bounds
     space = base.CompoundStateSpace()
     place = 1.0, 2, min(x0, y0), max(x1, y1)
     for weight, size, low, high in (place, (VELOCITY_WEIGHT, 2, -top, top), (0.0, 1, 0.0, LONGEST)):

@@ -34,8 +34,10 @@ from collplan_core.paper_planner.costs.velocity import (
 )
 from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
 from collplan_core.reflection import Ring
+from collplan_core.velocity_bounds import velocity_bounds
 from scenes import SETTINGS, TURN, cluttered_worlds, free_polygon, map_of, rotation, star_map, unit
 
+BOUNDS = velocity_bounds(SETTINGS.robot)
 THRESHOLD, PENALTY = np.radians(70.0), 5.0
 ORIGIN = np.zeros(2)
 MODEL = CostModel(
@@ -163,7 +165,7 @@ def test_by_hand_an_approach_through_an_observed_boundary_crosses_it():
         local_map, r = wall_ahead(steps), rotation(np.radians(steps))
         f = local_map.border, local_map.surface, local_map.shadow
         for velocity, aim, position, crosses in table:
-            where = (r @ aim)[None], r @ position, r @ velocity, 1.2
+            where = (r @ aim)[None], r @ position, r @ velocity, BOUNDS
             assert crossings(*f, *where)[0] == crosses, (steps, velocity, aim)
 
 
@@ -246,9 +248,6 @@ def test_by_hand_equal_costs_are_told_apart_by_the_velocity_along_the_approach()
     assert least_first(np.array([1.0, -1.0, 0.0]), POINTS, VELOCITIES, ORIGIN, 1.2) == 1
 
 
-V_MAX = 1.2
-
-
 def chain(points, number: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """One frontier of straight pieces through the points."""
     points = np.array(points, dtype=float)
@@ -280,7 +279,7 @@ def test_by_hand_positions_are_the_centres_of_equal_cells():
 
 def test_by_hand_each_position_at_rest_once_and_every_direction_of_its_segment_at_every_speed():
     directions = np.array([[True, False, True, False], [False, True, True, False]])
-    position_of, velocities = product(directions, np.array([1, 0]), np.array([1, 2]), V_MAX)
+    position_of, velocities = product(directions, np.array([1, 0]), np.array([1, 2]), BOUNDS)
     assert position_of.tolist() == [0, 0, 0, 1, 1, 1, 1, 1]
     first = [[0.0, 0.0], [0.0, 1.2], [-1.2, 0.0]]
     second = [[0.0, 0.0], [0.6, 0.0], [1.2, 0.0], [-0.6, 0.0], [-1.2, 0.0]]

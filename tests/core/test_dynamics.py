@@ -23,6 +23,7 @@ from scenes import rotation, unit
 from time_to_goal_scenes import (
     RADIUS,
     SETTINGS,
+    SPEED,
     faces_field,
     joined,
     motion_in,
@@ -39,7 +40,6 @@ from time_to_goal_scenes import (
 
 FEW = settings(max_examples=15)
 MODEL = robot_model(with_strategy("bounce"))
-SPEED = MODEL.max_speed
 angles = st.floats(-np.pi, np.pi)
 shares = st.floats(0.0, 1.0)
 rings = st.builds(Ring, shares, st.floats(0.0, 1.0), st.floats(0.05, 0.5), st.just(1.0))
@@ -52,7 +52,7 @@ ROOM = problem_over(faces_field(*((k * np.pi / 2, HALF) for k in range(4)), half
 
 def coasting(ring: Ring = MODEL.ring) -> RobotModel:
     """A robot without wheels: nothing but boundaries changes its velocity."""
-    return RobotModel(SPEED, MODEL.wheels._replace(max_acceleration=1e-15), ring)
+    return RobotModel(MODEL.wheels._replace(max_acceleration=1e-15), ring)
 
 
 def with_model(problem: Problem, model: RobotModel) -> Problem:

@@ -19,7 +19,16 @@ from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, robot_model
 from collplan_core.velocity_law import velocity_after
 from scenes import box, map_of, rotation, unit, world_of
-from time_to_goal_scenes import RADIUS, SETTINGS, faces_field, motion_in, open_field, problem_over, with_strategy
+from time_to_goal_scenes import (
+    BOUNDS,
+    RADIUS,
+    SETTINGS,
+    faces_field,
+    motion_in,
+    open_field,
+    problem_over,
+    with_strategy,
+)
 
 FEW = settings(max_examples=12)
 PERIOD = 1.0 / SETTINGS.controller.rate
@@ -40,7 +49,7 @@ def rollout(problem, state, commands) -> tuple[np.ndarray, np.ndarray]:
 
 def forward_at(rows: np.ndarray, now: float, lead: float = 0.0) -> np.ndarray:
     reference = found_reference(rows[:, 0], rows[:, 1:3], A_MAX)
-    return np.array(feed_forward(reference, now, PERIOD, MODEL.wheels, SPEED, lead))
+    return np.array(feed_forward(reference, now, PERIOD, MODEL.wheels, BOUNDS, lead))
 
 
 def open_loop(rows: np.ndarray, duration: float, wall: bool, phase: int = 0) -> np.ndarray:

@@ -26,6 +26,7 @@ from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from scenes import unit
 from time_to_goal_scenes import (
+    BOUNDS,
     RADIUS,
     SETTINGS,
     SPEED,
@@ -221,7 +222,7 @@ def test_by_hand_the_least_time_round_a_tip_is_that_of_the_path():
     paths, goal = problem.paths, problem.constants.goal
 
     def least(y: float) -> float:
-        return least_time(paths.length, paths.cells, goal, SPEED, motion_in(problem, (-0.9, y, 0.0, 0.0)))
+        return least_time(paths.length, paths.cells, goal, BOUNDS, motion_in(problem, (-0.9, y, 0.0, 0.0)))
 
     # 1.4 m along the lower row, half a turn of the disc round the tip, and back to the goal
     expected = (1.4 + np.pi * RADIUS + 1.4 - goal.tolerance) / SPEED
@@ -240,7 +241,7 @@ def test_a_goal_that_is_as_near_through_a_wall_is_not_said_to_be_a_long_way_roun
     for x in (-0.9, -0.3, 0.3):
         here = motion_in(problem, (x, -0.25, 0.0, 0.0))
         straight = np.hypot(x + 0.9, 0.5) - disc.tolerance
-        assert least_time(paths.length, paths.cells, disc, SPEED, here) == pytest.approx(straight / SPEED, abs=1e-9)
+        assert least_time(paths.length, paths.cells, disc, BOUNDS, here) == pytest.approx(straight / SPEED, abs=1e-9)
     narrow = u_turn().constants.goal
     assert narrow.tolerance <= narrow.longest_within < narrow.tolerance + SETTINGS.time_to_goal.grid_spacing
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.parameters import Robot
 from collplan_core.reflection import Ring, rebound, rebound_slope
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, sample_trajectory
 from collplan_core.time_to_goal_planner.initial_plans import extended, padded
@@ -17,10 +18,12 @@ from collplan_core.time_to_goal_planner.smoothing.forward import (
     contact_terms,
     forward,
     stage,
+    too_fast,
 )
 from collplan_core.time_to_goal_planner.smoothing.knots import Gains, Knots, knots_of
 from collplan_core.time_to_goal_planner.smoothing.smooth import copied, smooth_knots, smoothed
-from scenes import unit
+from collplan_core.velocity_bounds import velocity_bounds
+from scenes import rotation, unit
 from time_to_goal_scenes import (
     ACCELERATION,
     SETTINGS,
@@ -71,6 +74,9 @@ def test_derivatives_are_those_of_differences(v, bearing, e, mu, share):
         np.testing.assert_allclose(slope, slopes(lambda v: rebound(v, normal, ring), v), atol=1e-6)
     for limit in (0.1, 0.517, 1.197):
         assert_derived(lambda x, y, limit=limit: beyond(20.0, x, y, limit), v)
+        turned_box = velocity_bounds(Robot(max_speed=limit, velocity_shape="box"), bearing)
+        if min(abs(abs(v @ axis) - limit) for axis in rotation(bearing).T) > 1e-3:
+            assert_derived(lambda x, y, bounds=turned_box: too_fast(20.0, x, y, bounds), v)
     assert_derived(
         lambda x, y: stage(WALL.clearance, constants, 0.05, np.array([x, y, 0.0, 0.0]), 0.0, 0.0).place,
         (0.47, 0.1 * bearing),

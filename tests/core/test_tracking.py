@@ -13,9 +13,11 @@ from collplan_core.control.follow import clip_command, hold_heading, pid, satura
 from collplan_core.control.reference import found_reference, sample_reference
 from collplan_core.parameters import Control, Limits, Robot
 from collplan_core.plan import Contacts, Plan, timed_path
+from collplan_core.velocity_bounds import velocity_bounds
 from scenes import rotation, unit
 
 CONTROL, ROBOT, LIMITS = Control(), Robot(), Limits()
+BOUNDS = velocity_bounds(ROBOT)
 ZERO = np.zeros(2)
 vectors = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).map(np.array)
 angles = st.floats(-20.0, 20.0)
@@ -60,14 +62,14 @@ def test_by_hand_a_command_is_cut_to_the_most_and_refused_beyond_half_as_much_ag
 def run_pid(control: Control, error, steps: int, forward=ZERO):
     integral = ZERO
     for _ in range(steps):
-        command, integral = pid(np.array(error), forward, forward, forward, integral, 0.05, control, ROBOT)
+        command, integral = pid(np.array(error), forward, forward, forward, integral, control, ROBOT, BOUNDS)
     return command, integral
 
 
 def test_by_hand_pid():
     control = replace(CONTROL, k_p=1.0, k_i=2.0, k_d=0.5)
     given_ = [0.04, 0.0], [0.2, 0.1], [0.2, 0.2], [0.2, 0.1], [0.05, 0.0]
-    command, integral = pid(*map(np.array, given_), 0.05, control, ROBOT)
+    command, integral = pid(*map(np.array, given_), control, ROBOT, BOUNDS)
     aside = 2.0 * 0.02 * 0.05
     np.testing.assert_allclose(integral, [0.05 + aside, -aside])
     np.testing.assert_allclose(command, [0.2 + 0.04 + 0.05 + aside, 0.1 + 0.05 - aside])

@@ -14,9 +14,11 @@ from collplan_core.paper_planner.trajectory import (
     clamped_waypoints,
     spline,
 )
+from collplan_core.parameters import Robot
+from collplan_core.velocity_bounds import velocity_bounds
 
 V_MAX, T_MAP, P_SAFE, A_MAX = 1.2, 0.2, 1.3, 3.0
-LIMITED = TimeLaw(V_MAX, T_MAP, P_SAFE, V_MAX, A_MAX)
+LIMITED = TimeLaw(velocity_bounds(Robot(max_speed=V_MAX)), T_MAP, P_SAFE, V_MAX, A_MAX)
 AS_PRINTED = LIMITED._replace(peak_speed=np.inf, peak_acceleration=np.inf)
 SHARE = np.linspace(0.0, 1.0, 64)
 

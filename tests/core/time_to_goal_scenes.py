@@ -15,10 +15,12 @@ from collplan_core.time_to_goal_planner.model import Problem, contact_costs, pro
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction, time_to_go
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
+from collplan_core.velocity_bounds import velocity_bounds
 
 SETTINGS = Settings()
 ROBOT, TOLERANCE = SETTINGS.robot, SETTINGS.planner.goal_tolerance
 RADIUS, SPEED, ACCELERATION = ROBOT.radius, ROBOT.max_speed, ROBOT.max_acceleration
+BOUNDS = velocity_bounds(ROBOT)
 SPACING = SETTINGS.remembered.spacing
 
 
@@ -105,7 +107,7 @@ def exact_lengths(segments: np.ndarray, goal: np.ndarray, positions: np.ndarray,
 
 def to_go(paths: ShortestPaths, position, velocity=(0.0, 0.0)) -> float:
     lookup = paths.lookup(paths.tolerance)
-    return time_to_go(lookup, SPEED, ACCELERATION, *map(float, position), *map(float, velocity))
+    return time_to_go(lookup, BOUNDS, ACCELERATION, *map(float, position), *map(float, velocity))
 
 
 def toward(paths: ShortestPaths, position) -> tuple[float, float, float]:
@@ -153,7 +155,7 @@ def stepped(problem: Problem, state, commands) -> list[tuple[Motion, Contact]]:
     """What `step` makes of a state step by step under commands (n, 2), one a step."""
     motion, steps = motion_in(problem, state), []
     for ux, uy in np.asarray(commands, dtype=float):
-        grid, _, model, _ = problem.constants
+        grid, _, model, _, _ = problem.constants
         course = course_of(motion, ux, uy)
         motion, _, contact = step(problem.clearance, problem.source, grid, model, motion, course)
         steps.append((motion, contact))

@@ -72,10 +72,10 @@ def test_wheels_that_cannot_move_every_way_are_refused(values, named):
 
 
 @QUICK
-@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
-def test_a_robot_within_its_own_caps_asks_no_wheel_for_more_than_the_firmware_lets_through(x, y, turn):
-    robot, cap = Robot(), Cap()
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.sampled_from(("disc", "box")))
+def test_a_robot_within_its_own_caps_asks_no_wheel_for_more_than_the_firmware_lets_through(x, y, turn, shape):
+    robot, cap = Robot(velocity_shape=shape), Cap()
     wheels = OmniWheels(Kinematics())
-    velocity = cap.speed * np.array([x, y]) / max(np.hypot(x, y), 1.0)
+    velocity = cap.speed * np.array([x, y]) / (max(np.hypot(x, y), 1.0) if shape == "disc" else 1.0)
     speeds = wheels.speeds(velocity, turn * robot.max_yaw_rate)
     assert np.abs(wheels.saturated(speeds)).max() <= wheels.caps(cap, robot).speed * (1 + 1e-6)

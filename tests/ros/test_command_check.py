@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from geometry_msgs.msg import Twist
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -25,9 +26,11 @@ def twist(x: float, y: float) -> Twist:
     st.lists(st.tuples(st.one_of(NUMBER, SPEED), SPEED, st.floats(0.0, 0.4)), min_size=1, max_size=20),
     st.floats(0.2, 2.0),
     st.floats(0.5, 20.0),
+    st.sampled_from(("disc", "box")),
 )
-def test_nothing_commanded_exceeds_the_caps(commands, speed, acceleration):
-    used = Settings().with_values({"cap.speed": speed, "cap.acceleration": acceleration, "robot.max_speed": 2.0})
+def test_nothing_commanded_exceeds_the_caps(commands, speed, acceleration, shape):
+    caps = {"cap.speed": speed, "cap.acceleration": acceleration}
+    used = Settings().with_values({**caps, "robot.max_speed": 2.0, "robot.velocity_shape": shape})
     check, now, before = CommandCheck(used), 0.0, np.zeros(2)
     period = 1.0 / used.controller.rate
     last = now
@@ -37,10 +40,16 @@ def test_nothing_commanded_exceeds_the_caps(commands, speed, acceleration):
             before = np.zeros(2)  # the robot stands by then
         velocity, _ = check.followed(twist(x, y), now)
         assert np.isfinite(velocity).all()
-        assert math.hypot(*velocity) <= speed * (1 + 1e-9)
+        assert (math.hypot(*velocity) if shape == "disc" else np.abs(velocity).max()) <= speed * (1 + 1e-9)
         change = math.hypot(*(velocity - before))
         assert not velocity.any() or change <= acceleration * period * (1 + 1e-6) + 1e-9
         before = velocity
+
+
+def test_by_hand_the_cap_of_a_box_lets_each_axis_through_on_its_own():
+    for shape, most in (("disc", 0.6 / math.sqrt(2.0)), ("box", 0.6)):
+        check = CommandCheck(Settings().with_values({"robot.velocity_shape": shape, "cap.speed": 0.6}))
+        assert check.followed(twist(1.0, -1.0), 0.0)[0].tolist() == [pytest.approx(most), pytest.approx(-most)]
 
 
 def test_a_stop_is_followed_at_once():

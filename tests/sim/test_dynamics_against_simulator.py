@@ -16,6 +16,7 @@ from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem, problem_of, robot_model
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
+from collplan_core.velocity_bounds import velocity_bounds
 from collplan_core.worlds import World
 from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import QUIET, RADIUS, make_world, unit
@@ -145,7 +146,7 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
 
     def command(time: float) -> np.ndarray:
         lead = SETTINGS.controller.full_acceleration_lead
-        forward = feed_forward(reference, time, PERIOD, MODEL.wheels, SPEED, lead)
+        forward = feed_forward(reference, time, PERIOD, MODEL.wheels, velocity_bounds(SETTINGS.robot), lead)
         return saturate(np.array(forward), SPEED)
 
     return simulated(world, rows[0, 3:], command, PERIOD)

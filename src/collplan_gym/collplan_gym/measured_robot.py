@@ -4,13 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from collplan_core.control.follow import hold_heading, saturate
+from collplan_core.control.follow import cut_to_bounds, hold_heading
 from collplan_core.impact import Impact
 from collplan_core.parameters import ParameterError, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.state import State
+from collplan_core.velocity_bounds import velocity_bounds
 from collplan_core.worlds import World
 from omnipuck_sim.robot.physics import Simulator
 
@@ -70,7 +71,7 @@ class MeasuredRobot:
             yaw: the heading measured last [rad].
         """
         turn = hold_heading(yaw, 0.0, self._settings.controller)
-        self._simulator.command(saturate(velocity, self._settings.robot.max_speed), turn)
+        self._simulator.command(cut_to_bounds(velocity, velocity_bounds(self._settings.robot)), turn)
         return self._advance()
 
     def _advance(self) -> Measured:

@@ -1,5 +1,7 @@
 """Body twist to wheel speeds and back, for n omni wheels, and the rate at which their commands are sent."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from collplan_core.parameters import Cap, Driver, Kinematics, Limits, Robot
@@ -52,7 +54,8 @@ class OmniWheels:
 
     def caps(self, cap: Cap, robot: Robot) -> WheelCaps:
         """Returns the hard limits of a wheel that follow from the robot's caps and max_yaw_rate."""
-        speed = min(self._fastest, (cap.speed + self._mount_radius * robot.max_yaw_rate) / self._wheel_radius)
+        fastest = replace(robot, max_speed=cap.speed).fastest
+        speed = min(self._fastest, (fastest + self._mount_radius * robot.max_yaw_rate) / self._wheel_radius)
         return WheelCaps(float(np.float32(speed)), float(np.float32(cap.acceleration / self._wheel_radius)))
 
     def saturated(self, speeds: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ import math
 
 from collplan_core.control.reference import Reference, sample_before, stretch_at, velocity_at
 from collplan_core.jit import njit
+from collplan_core.velocity_bounds import VelocityBounds, room_along
 from collplan_core.velocity_law import VelocityLaw, command_lead
 
 FULL, TOO_MUCH = 0.93, 1.02
@@ -12,13 +13,13 @@ FULL, TOO_MUCH = 0.93, 1.02
 
 @njit
 def feed_forward(
-    reference: Reference, now: float, period: float, wheels: VelocityLaw, max_speed: float, lead: float
+    reference: Reference, now: float, period: float, wheels: VelocityLaw, bounds: VelocityBounds, lead: float
 ) -> tuple[float, float]:
     """Returns the command that, held for `period` [s] from now [s] on, makes a robot with a lag drive a reference.
 
     Where the path takes full acceleration throughout, how far the command leads the velocity does not matter to a robot
     without errors. An error of the velocity aimed at turns it the less, the farther that is: there it leads by up to
-    `lead` [m/s], as far as `max_speed` [m/s] allows.
+    `lead` [m/s], as far as the bounds allow.
 
     A period in which the reference turns, at a contact, belongs to its longer part. Something between both would brake
     before the contact and push back after it.
@@ -39,16 +40,8 @@ def feed_forward(
             if change > 1e-9:
                 dx, dy, ahead = (bx - ax) / change, (by - ay) / change, command_lead(wheels, change, longest)
                 if FULL < change / (wheels.max_acceleration * longest) < TOO_MUCH:
-                    ahead = max(ahead, min(lead, _room(ax, ay, dx, dy, max_speed)))
+                    ahead = max(ahead, min(lead, room_along(bounds, ax, ay, dx, dy)))
                 ux, uy = ax + ahead * dx, ay + ahead * dy
         begin = max(begin, until)
         i = last
     return ux, uy
-
-
-@njit
-def _room(vx: float, vy: float, dx: float, dy: float, max_speed: float) -> float:
-    """Largest change of the velocity v along the unit direction d up to max_speed [m/s]."""
-    along = vx * dx + vy * dy
-    root = along * along + max_speed * max_speed - vx * vx - vy * vy
-    return math.sqrt(root) - along if root > 0.0 else 0.0

@@ -19,6 +19,7 @@ from collplan_core.parameters import Control, Limits, Robot, Settings
 from collplan_core.plan import Plan
 from collplan_core.plane import rotate
 from collplan_core.state import State
+from collplan_core.velocity_bounds import VelocityBounds, fastest_along, velocity_bounds
 from collplan_core.velocity_law import velocity_law
 
 
@@ -60,6 +61,11 @@ def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:
     return velocity if speed <= max_speed else velocity * (max_speed / speed)
 
 
+def cut_to_bounds(velocity: np.ndarray, bounds: VelocityBounds) -> np.ndarray:
+    """The velocity (2,), shortened to the bounds with its direction kept."""
+    return saturate(velocity, fastest_along(bounds, velocity[0], velocity[1]))
+
+
 def _without(growth: np.ndarray, cut_off: np.ndarray) -> np.ndarray:
     """A growth (2,) without its part along what is cut off (2,)."""
     along = float(growth @ cut_off)
@@ -72,9 +78,9 @@ def pid(
     reference_velocity: np.ndarray,
     velocity: np.ndarray,
     integral: np.ndarray,
-    period: float,
     control: Control,
     robot: Robot,
+    bounds: VelocityBounds,
 ) -> tuple[np.ndarray, np.ndarray]:
     """World-frame velocity command (2,) [m/s] and the next integral (2,) [m/s].
 
@@ -84,9 +90,9 @@ def pid(
     """
     speed2 = float(reference_velocity @ reference_velocity)
     aside = error - error @ reference_velocity / max(speed2, SLOW**2) * reference_velocity
-    growth = control.k_i * aside * period
+    growth = control.k_i * aside * (1.0 / control.rate)
     wanted = feed_forward + control.k_p * error + control.k_d * (reference_velocity - velocity) + integral + growth
-    command = saturate(wanted, robot.max_speed)
+    command = cut_to_bounds(wanted, bounds)
     lead = command - velocity
     growth = _without(growth, wanted - command)
     growth = _without(growth, lead - saturate(lead, robot.max_acceleration * robot.velocity_lag))
@@ -110,16 +116,17 @@ def clip_command(
     """A command cut to the robot's limits; None (refused) where it is not finite or beyond excess_speed times them."""
     if not (np.isfinite(velocity).all() and math.isfinite(yaw_rate)):
         return None
-    too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed
+    most = fastest_along(velocity_bounds(robot), velocity[0], velocity[1])
+    too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * most
     if too_fast or abs(yaw_rate) > limits.excess_speed * robot.max_yaw_rate:
         return None
     return cut_to_limits(velocity, yaw_rate, robot)
 
 
 def cut_to_limits(velocity: np.ndarray, yaw_rate: float, robot: Robot) -> tuple[np.ndarray, float]:
-    """Velocity (2,) [m/s] and yaw rate [rad/s], both finite, that the robot's limits leave of a command."""
+    """Velocity (2,) [m/s, body frame] and yaw rate [rad/s], both finite, that the robot's limits leave of a command."""
     turn = min(max(yaw_rate, -robot.max_yaw_rate), robot.max_yaw_rate)
-    return saturate(np.asarray(velocity, dtype=float), robot.max_speed), turn
+    return cut_to_bounds(np.asarray(velocity, dtype=float), velocity_bounds(robot)), turn
 
 
 GOES_ON = 10.0
@@ -165,7 +172,7 @@ def boundary_reference(
     foot, in_front = _projected(line, np.vstack([path, contact.point]))
     back = (local_map.contains(path) | in_front[:-1])[first:]
     end = first + int(back.argmax()) if back.any() else len(path)
-    longest = np.diff(times, prepend=-math.inf) * (math.inf if printed else settings.robot.max_speed)
+    longest = np.diff(times, prepend=-math.inf) * (math.inf if printed else settings.robot.fastest)
     longest[first] *= max(1.0 - contact.share, SAME_POINT)
     result, along, length = path.copy(), foot[-1], np.append(0.0, np.hypot(*np.diff(line, axis=0).T).cumsum())
     for i in range(first, end):
@@ -297,7 +304,7 @@ def follow(
         now: the same time on the poses' clock [s].
     """
     params, robot = settings.controller, settings.robot
-    period = 1.0 / params.rate
+    period, bounds = 1.0 / params.rate, velocity_bounds(robot, state.yaw)
     memory = _engaged_now(memory, plan, local_map, state, settings)
     followed, maneuver = memory.course.reference, FREE_SPACE
     if memory.stage == ENGAGED and memory.course.contact_reference is not None:
@@ -308,16 +315,16 @@ def follow(
     forward = np.zeros(2)
     if now < plan.times[-1]:
         lead = params.full_acceleration_lead
-        forward = np.array(feed_forward(followed, now, period, velocity_law(robot), robot.max_speed, lead))
+        forward = np.array(feed_forward(followed, now, period, velocity_law(robot), bounds, lead))
     velocity, integral = pid(
         reference - state.position,
         forward,
         reference_velocity,
         state.velocity,
         memory.integral,
-        period,
         params,
         robot,
+        bounds,
     )
     if memory.stage == ENGAGED or _touches(local_map, state.position):
         integral = memory.integral

@@ -13,6 +13,7 @@ from collplan_core.command import HAND, Command, stopped
 from collplan_core.control.follow import cut_to_limits, saturate
 from collplan_core.control.permission import why_outside, why_stale
 from collplan_core.parameters import Limits, Settings
+from collplan_core.velocity_bounds import fastest_along, velocity_bounds
 
 TAKEN = "driven by hand"
 """Reason why a robot is held after a person has driven it."""
@@ -83,7 +84,8 @@ def overriding_command(hand: ManualCommand, before: Command, is_blind: bool, set
     velocity, yaw_rate = np.zeros(2), 0.0
     if wanted.any():
         velocity = before.velocity + saturate(wanted - before.velocity, robot.max_acceleration * period)
-        velocity = saturate(velocity, min(robot.max_speed, limits.blind_speed) if is_blind else robot.max_speed)
+        most = fastest_along(velocity_bounds(robot), velocity[0], velocity[1])
+        velocity = saturate(velocity, min(most, limits.blind_speed) if is_blind else most)
     if turn:
         # the rim of a turning robot is as slow to follow
         most = robot.max_acceleration / robot.radius * period

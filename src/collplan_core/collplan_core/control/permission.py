@@ -56,13 +56,13 @@ def is_relocated(before: State, after: State, robot: Robot, limits: Limits, leap
     """Returns whether two successive poses do not join: a jump, a gap longer than pose_age, or a clock set back.
 
     Plans and maps from before are then invalid. A jump is a distance of more than `leap_margin` [m]
-    (mocap.leap_margin) beyond what excess_speed times max_speed explains.
+    (mocap.leap_margin) beyond what excess_speed times the robot's largest speed explains.
     """
     silence = after.stamp - before.stamp
     if not 0.0 <= silence <= limits.pose_age:
         return True
     distance = math.dist(after.position.tolist(), before.position.tolist())
-    return distance > limits.excess_speed * robot.max_speed * silence + leap_margin
+    return distance > limits.excess_speed * robot.fastest * silence + leap_margin
 
 
 def why_outside(position: np.ndarray, limits: Limits) -> str:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.velocity_bounds import VelocityBounds, fastest_along
 
 
 @njit
@@ -88,7 +89,7 @@ SPEED_COUNTS = {"fixed": fixed_speed_counts, "printed": printed_speed_counts}
 
 @njit
 def product(
-    directions: np.ndarray, segment_of: np.ndarray, n_speeds: np.ndarray, max_speed: float
+    directions: np.ndarray, segment_of: np.ndarray, n_speeds: np.ndarray, bounds: VelocityBounds
 ) -> tuple[np.ndarray, np.ndarray]:
     """The candidates themselves: each position at rest once, then every kept direction at every speed.
 
@@ -96,7 +97,7 @@ def product(
         directions: (m, N_l) which directions theta are kept on each frontier segment.
         segment_of: (p,) segment of each position.
         n_speeds: (p,) N_v of each position.
-        max_speed: v_max [m/s].
+        bounds: v_max by direction.
 
     Returns:
         the position of each candidate (c,) and its velocity (c, 2) [m/s].
@@ -115,9 +116,11 @@ def product(
             if not directions[segment_of[i], direction]:
                 continue
             theta = 2.0 * math.pi * direction / n_directions
+            x, y = math.cos(theta), math.sin(theta)
+            most = fastest_along(bounds, x, y)
             for step in range(1, n_speeds[i] + 1):
-                speed = max_speed * step / n_speeds[i]
+                speed = most * step / n_speeds[i]
                 position_of[c] = i
-                velocities[c, 0], velocities[c, 1] = speed * math.cos(theta), speed * math.sin(theta)
+                velocities[c, 0], velocities[c, 1] = speed * x, speed * y
                 c += 1
     return position_of, velocities

@@ -19,6 +19,7 @@ from collplan_core.paper_planner.trajectory import make_trajectory
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, NoPlan, Plan
 from collplan_core.state import State
+from collplan_core.velocity_bounds import velocity_bounds
 
 NO_AIM = np.full(2, np.nan)
 
@@ -111,7 +112,8 @@ def _best(
 ) -> _Choice:
     """q_s = argmin over C of w_p J_pos + w_r J_risk + w_v J_vel. Paper: eq. (1)."""
     center, model = local_map.position, cost_model(settings)
-    space = sampling_space(local_map, goal - center, settings.robot.max_speed, settings.planner)
+    bounds = velocity_bounds(settings.robot, state.yaw)
+    space = sampling_space(local_map, goal - center, bounds, settings.planner)
     if len(space.positions) == 0:
         raise NoPlan("no frontier in the local map and the goal is not in free space")
     terms = _evaluated(space, memory, travelled, local_map, state, goal, model, settings)
@@ -137,7 +139,7 @@ def _evaluated(
     settings: Settings,
 ) -> np.ndarray:
     """(c, len(TERMS)) the terms of every candidate. Paper: II-B."""
-    p, max_speed = settings.planner, settings.robot.max_speed
+    p, bounds = settings.planner, velocity_bounds(settings.robot, state.yaw)
     center, border = local_map.position, local_map.border
     current, target = state.position - center, goal - center
     to_goal = target - current
@@ -156,7 +158,7 @@ def _evaluated(
     approach_risk = np.zeros(len(space.positions))
     if p.approach_risk == "crossing":
         approach_risk = crossings(
-            border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, max_speed
+            border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, bounds
         )
     predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])
     collision_risk, distance, line = collision_risks(space.points, space.velocities, predicted, model)

@@ -10,6 +10,7 @@ from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.pruning import prune_directions, prune_positions
 from collplan_core.parameters import Planning
+from collplan_core.velocity_bounds import VelocityBounds
 
 
 class SamplingSpace(NamedTuple):
@@ -81,10 +82,10 @@ def _sampled(
 
 
 class _Rule(NamedTuple):
-    """Rule by which C is built from S: N_l, v_max [m/s], d_prune [m], and which prunings apply."""
+    """Rule by which C is built from S: N_l, v_max by direction, d_prune [m], and which prunings apply."""
 
     n_directions: int
-    max_speed: float
+    bounds: VelocityBounds
     prune_distance: float
     by_position: bool
     by_direction: bool
@@ -103,17 +104,17 @@ def _pruned(
     if rule.by_direction:
         directions = prune_directions(samples.segments, rule.n_directions)
     positions, segment_of = samples.positions[kept], samples.segment_of[kept]
-    position_of, velocities = product(directions, segment_of, n_speeds[kept], rule.max_speed)
+    position_of, velocities = product(directions, segment_of, n_speeds[kept], rule.bounds)
     open_side = samples.open_side[segment_of]
     return SamplingSpace(positions, open_side, position_of, positions[position_of], velocities, n_before_pruning)
 
 
-def sampling_space(local_map: LocalMap, goal: np.ndarray, max_speed: float, planner: Planning) -> SamplingSpace:
+def sampling_space(local_map: LocalMap, goal: np.ndarray, bounds: VelocityBounds, planner: Planning) -> SamplingSpace:
     """C after pruning; empty where the local map has no frontier to aim at. Paper: II-A and II-C.
 
     Args:
         goal: (2,) p_goal relative to the centre of F [m].
-        max_speed: v_max [m/s].
+        bounds: v_max by direction.
     """
     samples = _sampled(
         local_map.segments,
@@ -126,6 +127,6 @@ def sampling_space(local_map: LocalMap, goal: np.ndarray, max_speed: float, plan
     )
     n_speeds = SPEED_COUNTS[planner.speeds](samples.frontier_of, planner.n_speeds)
     rule = _Rule(
-        planner.n_directions, max_speed, planner.prune_distance, planner.position_pruning, planner.velocity_pruning
+        planner.n_directions, bounds, planner.prune_distance, planner.position_pruning, planner.velocity_pruning
     )
     return _pruned(samples, n_speeds, local_map.border, goal, rule)

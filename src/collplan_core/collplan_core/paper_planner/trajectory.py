@@ -11,6 +11,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.parameters import Settings
 from collplan_core.state import State
+from collplan_core.velocity_bounds import VelocityBounds, share_along, velocity_bounds
 
 MAP_PERIOD = 0.2
 """T_map where planner.map_period is 0 [s]."""
@@ -22,30 +23,31 @@ class TimeLaw(NamedTuple):
     """Parameters that the duration T of a trajectory depends on.
 
     Attributes:
-        max_speed: v_max [m/s].
+        bounds: v_max by direction.
         map_period: T_map [s].
         time_scale: P_safe.
-        peak_speed, peak_acceleration: limits of the spline [m/s, m/s^2]; inf as printed.
+        peak_speed, peak_acceleration: limits of the spline [m/s, m/s^2]; inf as printed. As lengths below, the speed is
+            multiplied by the share of its direction.
     """
 
-    max_speed: float
+    bounds: VelocityBounds
     map_period: float
     time_scale: float
     peak_speed: float
     peak_acceleration: float
 
 
-def limited_time_law(settings: Settings) -> TimeLaw:
-    """T grows until the motors can follow the spline."""
+def limited_time_law(settings: Settings, yaw: float) -> TimeLaw:
+    """T grows until the motors can follow the spline; the robot holds its yaw [rad]."""
     robot, planner = settings.robot, settings.planner
     peak = planner.acceleration_factor * robot.max_acceleration
     map_period = planner.map_period or MAP_PERIOD
-    return TimeLaw(robot.max_speed, map_period, planner.time_scale, robot.max_speed, peak)
+    return TimeLaw(velocity_bounds(robot, yaw), map_period, planner.time_scale, robot.max_speed, peak)
 
 
-def printed_time_law(settings: Settings) -> TimeLaw:
+def printed_time_law(settings: Settings, yaw: float) -> TimeLaw:
     """T as printed, whatever it asks of the motors. Paper: eq. (4)."""
-    return limited_time_law(settings)._replace(peak_speed=math.inf, peak_acceleration=math.inf)
+    return limited_time_law(settings, yaw)._replace(peak_speed=math.inf, peak_acceleration=math.inf)
 
 
 TIME_LAWS = {"acceleration_limited": limited_time_law, "printed": printed_time_law}
@@ -55,7 +57,7 @@ TIME_LAWS = {"acceleration_limited": limited_time_law, "printed": printed_time_l
 @njit
 def traverse_time(length: float, law: TimeLaw) -> float:
     """T_v = P_safe length / v_max [s] of the polygon through the waypoints. Paper: eq. (5)."""
-    return law.time_scale * length / law.max_speed
+    return law.time_scale * length / law.bounds.max_speed
 
 
 @njit
@@ -97,11 +99,17 @@ def chord_waypoints(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 @njit
-def polygon_length(points: np.ndarray) -> float:
+def _length(x: float, y: float, bounds: VelocityBounds) -> float:
+    """Length of (x, y), less where its direction is faster than v_max [m]."""
+    return math.hypot(x, y) * share_along(bounds, x, y)
+
+
+@njit
+def polygon_length(points: np.ndarray, bounds: VelocityBounds) -> float:
     """Sum of |WP[i] - WP[i-1]| [m]."""
     total = 0.0
     for i in range(1, len(points)):
-        total += math.hypot(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1])
+        total += _length(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1], bounds)
     return total
 
 
@@ -136,7 +144,8 @@ def limited_duration(points: np.ndarray, duration: float, law: TimeLaw) -> float
     """The duration [s], grown until peak speed and peak acceleration of the spline are within their limits."""
     fastest = 0.0
     for i in range(129):
-        fastest = max(fastest, math.hypot(_derivative(points, i / 128.0, 0), _derivative(points, i / 128.0, 1)))
+        x, y = _derivative(points, i / 128.0, 0), _derivative(points, i / 128.0, 1)
+        fastest = max(fastest, _length(x, y, law.bounds))
     bend = 0.0
     for i in range(2):  # the second derivative is linear, its peak is at an end
         ax = points[i + 2, 0] - 2 * points[i + 1, 0] + points[i, 0]
@@ -158,14 +167,14 @@ def clamped_trajectory(
         start, velocity: (2,) p_cur [m] and v_cur [m/s].
         end, end_velocity: (2,) p_s [m] and v_s [m/s].
     """
-    of_handles = printed_duration(math.hypot(end[0] - start[0], end[1] - start[1]), law)
+    of_handles = printed_duration(_length(end[0] - start[0], end[1] - start[1], law.bounds), law)
     points = clamped_waypoints(start, velocity, end, end_velocity, of_handles)
-    duration = printed_duration(polygon_length(points), law)
-    # from the chord on T only grows, to 1 + 4 LONGEST_HANDLE times that of the chord at most: the loop ends
+    duration = printed_duration(polygon_length(points, law.bounds), law)
+    # from the chord on T only grows, to 1 + 4 sqrt 2 LONGEST_HANDLE times that of the chord at most: the loop ends
     while duration > (1.0 + TOLERANCE) * of_handles:
         of_handles = duration
         points = clamped_waypoints(start, velocity, end, end_velocity, of_handles)
-        duration = printed_duration(polygon_length(points), law)
+        duration = printed_duration(polygon_length(points, law.bounds), law)
     return points, limited_duration(points, duration, law)
 
 
@@ -175,7 +184,7 @@ def chord_trajectory(
 ) -> tuple[np.ndarray, float]:
     """Waypoints (4, 2) on the chord from start (2,) to end (2,) [m], and duration T [s]; velocities play no part."""
     points = chord_waypoints(start, end)
-    return points, limited_duration(points, printed_duration(polygon_length(points), law), law)
+    return points, limited_duration(points, printed_duration(polygon_length(points, law.bounds), law), law)
 
 
 WAYPOINTS = {"clamped": clamped_trajectory, "chord": chord_trajectory}
@@ -190,7 +199,7 @@ def make_trajectory(
     Paper: III-A.
     """
     planner = settings.planner
-    law = TIME_LAWS[planner.time_law](settings)
+    law = TIME_LAWS[planner.time_law](settings, state.yaw)
     points, duration = WAYPOINTS[planner.waypoints](state.position, state.velocity, aim, aim_velocity, law)
     parameter = np.arange(planner.n_samples) / (planner.n_samples - 1)
     positions, derivative = spline(points, parameter)

@@ -6,7 +6,7 @@ parameter files, `ros2 param set` and the study's grid.
 
 import re
 from dataclasses import dataclass, fields, replace
-from math import pi, radians
+from math import pi, radians, sqrt
 from typing import Any
 
 from collplan_core.fence import why_no_polygon
@@ -39,11 +39,17 @@ class Robot(Parameters):
     inertia_factor: float = parameter(1.0 / 3.0, "1 / (1 + m r^2 / I): 1/3 for a uniform disc, 1/2 with all mass in the ring (assumed)", low=0.05, high=0.5)
     wheel_mass: float = parameter(0.0, "Reflected mass of wheels and motors: a hit stops the body alone, traction then pulls the two together (assumed)", unit="kg", low=0.0, high=10.0)
     max_speed: float = parameter(1.2, "Largest speed commanded or planned, v_max (paper)", unit="m/s", low=0.05, high=5.0, live=True)
+    velocity_shape: str = parameter("disc", "max_speed limits the length of the velocity (disc), or each axis of the body frame on its own (box), as many mecanum bases do", choices=("disc", "box"))
     max_yaw_rate: float = parameter(3.0, "Largest yaw rate that the robot accepts (assumed)", unit="rad/s", low=0.1, high=20.0)
     max_acceleration: float = parameter(1.5, "Largest acceleration the wheels can make (assumed)", unit="m/s^2", low=0.1, high=20.0)
     velocity_lag: float = parameter(0.1, "Time constant of the velocity loop (assumed)", unit="s", low=0.0, high=1.0)
     motion_delay: float = parameter(0.0, "Delay from a pose's stamp until the wheels act on it: motion capture, transport and firmware, without velocity_lag", unit="s", low=0.0, high=0.3)
     motion_delay_estimated: bool = parameter(False, "Replace motion_delay by the estimate on controller/motion_delay, in steps of 0.025 s, once it is known")
+
+    @property
+    def fastest(self) -> float:
+        """Largest speed in any direction: max_speed, along the diagonals of a box sqrt 2 times that [m/s]."""
+        return self.max_speed * (sqrt(2.0) if self.velocity_shape == "box" else 1.0)
 
 
 @dataclass(frozen=True)
@@ -199,7 +205,7 @@ class Cap(Parameters):
     """Hard limits that the robot itself enforces, whatever is commanded or set: in the driver and its firmware, and in the simulated robot."""
 
     group = "cap"
-    speed: float = parameter(1.2, "Largest speed that the robot's end lets through; robot.max_speed must not exceed it", unit="m/s", low=0.05, high=5.0)
+    speed: float = parameter(1.2, "Largest speed that the robot's end lets through, of the shape robot.velocity_shape; robot.max_speed must not exceed it", unit="m/s", low=0.05, high=5.0)
     acceleration: float = parameter(50.0, "Largest change of the commanded velocity let through, except a stop; a rebound requires 2 max_speed * controller.rate", unit="m/s^2", low=0.5, high=50.0)
 
 

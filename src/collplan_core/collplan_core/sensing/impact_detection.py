@@ -37,7 +37,7 @@ CERTAINTY = 5.8
 Two hours of driving at max_acceleration with 2 mm of noise gave no false impact; at 5.5 they gave one.
 """
 SPEED_ALLOWANCE = 1.2
-"""Largest speed that poses may show, as a multiple of max_speed."""
+"""Largest speed that poses may show, as a multiple of the robot's largest."""
 BELIEF = 6.0
 """Weight of mocap.position_noise beside the noise that poses show, in coordinates measured."""
 LIKELIER = 1.0
@@ -78,7 +78,7 @@ class ImpactLaw(NamedTuple):
 
 def top_speed(robot: Robot) -> float:
     """Returns the largest speed that poses of a robot may show, without their noise [m/s]."""
-    return SPEED_ALLOWANCE * robot.max_speed
+    return SPEED_ALLOWANCE * robot.fastest
 
 
 def impact_law(robot: Robot, mocap: Mocap) -> ImpactLaw:

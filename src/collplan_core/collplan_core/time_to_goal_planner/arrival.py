@@ -7,8 +7,9 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid, clearance_at, nearest_node
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, course_of, margin_cost, step
-from collplan_core.time_to_goal_planner.model import INTERVAL_STEPS, STEP, Constants, GoalDisc, Problem, RobotModel
+from collplan_core.time_to_goal_planner.model import INTERVAL_STEPS, STEP, Constants, GoalDisc, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import time_to_go
+from collplan_core.velocity_bounds import VelocityBounds, share_along
 
 STOP_TEST_STEPS = 4
 """Steps after which the robot must be able to brake within what was seen, where the strategy demands it."""
@@ -115,9 +116,9 @@ def graze_cost(goal: GoalDisc, motion: Motion) -> float:
 @njit
 def to_go(problem: Problem, motion: Motion) -> float:
     """Time to go from a motion over what is known, and to come to rest where the goal asks for it [s]."""
-    goal, model = problem.constants.goal, problem.constants.model
-    max_speed, max_acceleration = model.max_speed, model.wheels.max_acceleration
-    passing = time_to_go(problem.paths, max_speed, max_acceleration, motion.x, motion.y, motion.vx, motion.vy)
+    goal, bounds = problem.constants.goal, problem.constants.bounds
+    max_acceleration = problem.constants.model.wheels.max_acceleration
+    passing = time_to_go(problem.paths, bounds, max_acceleration, motion.x, motion.y, motion.vx, motion.vy)
     return passing + _stopping_time(goal, max_acceleration, motion)
 
 
@@ -134,16 +135,25 @@ def _stopping_time(goal: GoalDisc, max_acceleration: float, motion: Motion) -> f
 
 
 @njit
-def approach_speed(goal: GoalDisc, model: RobotModel, motion: Motion) -> float:
-    """Speed to command on the way to the goal [m/s]: the top speed, or as much as still stops there."""
+def approach_speed(constants: Constants, motion: Motion) -> float:
+    """Speed to command on the way to the goal [m/s]: the largest of any direction, or as much as still stops there."""
+    goal, fastest = constants.goal, constants.bounds.fastest
     if goal.rest_speed == math.inf:
-        return model.max_speed
+        return fastest
     left = math.hypot(motion.x - goal.x, motion.y - goal.y) - 0.5 * goal.tolerance
-    return min(model.max_speed, math.sqrt(2.0 * APPROACH_SHARE * model.wheels.max_acceleration * max(left, 0.0)))
+    acceleration = constants.model.wheels.max_acceleration
+    return min(fastest, math.sqrt(2.0 * APPROACH_SHARE * acceleration * max(left, 0.0)))
 
 
 @njit
-def least_time(length: np.ndarray, cells: Grid, goal: GoalDisc, max_speed: float, motion: Motion) -> float:
+def straight_time(goal: GoalDisc, bounds: VelocityBounds, motion: Motion) -> float:
+    """A time before which nothing is at the goal's disc, whatever is in between [s]."""
+    dx, dy = goal.x - motion.x, goal.y - motion.y
+    return (math.sqrt(dx * dx + dy * dy) * share_along(bounds, dx, dy) - goal.tolerance) / bounds.max_speed
+
+
+@njit
+def least_time(length: np.ndarray, cells: Grid, goal: GoalDisc, bounds: VelocityBounds, motion: Motion) -> float:
     """A time before which no rollout from here is at the goal, whatever its velocity [s]: full speed all the way.
 
     By the shortest path where that is known. Only a gap through which the disc fits by less than the width of a cell,
@@ -152,14 +162,13 @@ def least_time(length: np.ndarray, cells: Grid, goal: GoalDisc, max_speed: float
     Args:
         length: (mx, my) lengths of ShortestPaths [m], inf where there is none; cells: where its cells are.
     """
-    x, y = motion.x, motion.y
-    distance = math.sqrt((goal.x - x) * (goal.x - x) + (goal.y - y) * (goal.y - y)) - goal.tolerance
-    i, j = nearest_node(cells, x, y)
+    time = straight_time(goal, bounds, motion)
+    i, j = nearest_node(cells, motion.x, motion.y)
     if 0 <= i < length.shape[0] and 0 <= j < length.shape[1]:
-        along = length[i, j] - goal.longest_within - DETOUR * cells.spacing
-        if distance < along < np.inf:
-            distance = along
-    return distance / max_speed
+        along = (length[i, j] - goal.longest_within - DETOUR * cells.spacing) / bounds.fastest
+        if time < along < np.inf:
+            time = along
+    return time
 
 
 @njit
@@ -177,7 +186,7 @@ def roll_interval(
     Returns:
         the motion at its end; its cost [s]; time of arrival at the goal since it began [s], or ON_THE_WAY.
     """
-    grid, goal, model, costs = constants
+    grid, goal, model, costs, _ = constants
     motion, course, cost, touched = begin, course_of(begin, ux, uy), 0.0, False
     for k in range(INTERVAL_STEPS):
         before = motion

@@ -1,6 +1,5 @@
 """A full plan, from now to the goal, and its trajectory: where the disc is when, and every contact."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -39,13 +38,6 @@ class FullPlan(NamedTuple):
 
 
 @njit
-def clip(ux: float, uy: float, max_speed: float) -> tuple[float, float]:
-    """A velocity shortened to max_speed."""
-    speed = math.sqrt(ux * ux + uy * uy)
-    return (ux * max_speed / speed, uy * max_speed / speed) if speed > max_speed else (ux, uy)
-
-
-@njit
 def roll(problem: Problem, initial: Motion, commands: np.ndarray, n: int) -> FullPlan:
     """The plan that commands (m, 2) up to number n make, or as many of them as lead to the goal."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
@@ -66,8 +58,8 @@ def roll(problem: Problem, initial: Motion, commands: np.ndarray, n: int) -> Ful
 
 def braking(problem: Problem, initial: Motion) -> FullPlan:
     """The plan that commands rest, whatever it is charged for."""
-    model = problem.constants.model
-    n = round(2.0 * model.max_speed / model.wheels.max_acceleration / CONTROL_INTERVAL) + 1
+    fastest, wheels = problem.constants.bounds.fastest, problem.constants.model.wheels
+    n = round(2.0 * fastest / wheels.max_acceleration / CONTROL_INTERVAL) + 1
     return roll(problem._replace(stop_test=False), initial, np.zeros((n, 2)), n)
 
 
@@ -89,7 +81,7 @@ def sample_trajectory(
         contacts (c, 9): time, point touched x, y, velocity after vx, vy, unit normal out of the boundary x, y, speed
             into it, kind as in Contact.
     """
-    grid, goal, model, _ = problem.constants
+    grid, goal, model, _, _ = problem.constants
     most = len(commands) * INTERVAL_STEPS
     rows, contacts = np.empty((2 * most + 1, 5)), np.empty((most, 9))
     motion, count, touched, course = initial, 1, 0, course_of(initial, 0.0, 0.0)

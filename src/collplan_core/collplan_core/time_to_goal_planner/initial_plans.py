@@ -22,9 +22,10 @@ from collplan_core.time_to_goal_planner.arrival import (
 )
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, course_of, motion_at, step
-from collplan_core.time_to_goal_planner.full_plan import FullPlan, clip, roll
+from collplan_core.time_to_goal_planner.full_plan import FullPlan, roll
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, INTERVAL_STEPS, STEP, Constants, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
+from collplan_core.velocity_bounds import fastest_along, within
 
 SWITCH_STEPS = np.array([4, 10, 18, 28, 40])
 """Steps after which the first velocity is exchanged for the second."""
@@ -73,14 +74,13 @@ class _Field(NamedTuple):
 def targets(problem: Problem, initial: Motion) -> np.ndarray:
     """(25, 2) velocities to try: 16 bearings at full speed from that of the path on, 8 at half, rest [m/s]."""
     ux, uy, _ = path_direction(problem.paths, initial.x, initial.y)
-    bearing, max_speed = math.atan2(uy, ux), problem.constants.model.max_speed
+    bearing, bounds = math.atan2(uy, ux), problem.constants.bounds
     result = np.zeros((25, 2))
-    for n in range(16):
-        result[n, 0] = max_speed * math.cos(bearing + n * math.pi / 8)
-        result[n, 1] = max_speed * math.sin(bearing + n * math.pi / 8)
-    for n in range(8):
-        result[16 + n, 0] = 0.5 * max_speed * math.cos(bearing + n * math.pi / 4)
-        result[16 + n, 1] = 0.5 * max_speed * math.sin(bearing + n * math.pi / 4)
+    for n in range(24):
+        share, angle = (1.0, bearing + n * math.pi / 8) if n < 16 else (0.5, bearing + (n - 16) * math.pi / 4)
+        x, y = math.cos(angle), math.sin(angle)
+        speed = share * fastest_along(bounds, x, y)
+        result[n, 0], result[n, 1] = speed * x, speed * y
     return result
 
 
@@ -94,7 +94,7 @@ def _roll_on(
         where it is then; time of arrival at the goal [s], ON_THE_WAY, or TOO_LATE once it will cost over `limit` [s].
     """
     clearance, source, length, cells = field
-    grid, goal, model, costs = constants
+    grid, goal, model, costs, bounds = constants
     motion, cost, first = rollout
     course = course_of(motion, ux, uy)
     for k in range(first, last):
@@ -106,7 +106,7 @@ def _roll_on(
             arrival = (k + arrival_share(goal, before, motion)) * STEP
             return _Rollout(motion, cost + graze_cost(goal, motion), k + 1), arrival
         if (k + 1) % LOOK_STEPS == 0:
-            left = least_time(length, cells, goal, model.max_speed, motion)
+            left = least_time(length, cells, goal, bounds, motion)
             if (k + 1) * STEP + cost + left > limit:
                 return _Rollout(motion, cost, k + 1), TOO_LATE
     return _Rollout(motion, cost, last), ON_THE_WAY
@@ -226,13 +226,15 @@ def extend_to_goal(problem: Problem, plan: FullPlan) -> int:
 def _best_target(problem: Problem, motion: Motion) -> tuple[float, float]:
     """The velocity that is best to command for a while: one of some bearings at full speed, or rest."""
     ux, uy, _ = path_direction(problem.paths, motion.x, motion.y)
-    bearing, max_speed = math.atan2(uy, ux), problem.constants.model.max_speed
+    bearing, bounds = math.atan2(uy, ux), problem.constants.bounds
     best, bx, by = np.inf, 0.0, 0.0
     for a in range(EXTENSION_TARGETS + 1):
         tx, ty = 0.0, 0.0
         if a < EXTENSION_TARGETS:
             angle = bearing + 2.0 * math.pi * a / EXTENSION_TARGETS
-            tx, ty = max_speed * math.cos(angle), max_speed * math.sin(angle)
+            x, y = math.cos(angle), math.sin(angle)
+            speed = fastest_along(bounds, x, y)
+            tx, ty = speed * x, speed * y
         cost = _cost_if_held(problem, motion, tx, ty)
         if cost < best:
             best, bx, by = cost, tx, ty
@@ -276,7 +278,7 @@ def tracked(problem: Problem, initial: Motion, commands: np.ndarray, positions: 
     for k in range(len(commands)):
         ux = commands[k, 0] + TRACKING_GAIN * (positions[k, 0] - motion.x)
         uy = commands[k, 1] + TRACKING_GAIN * (positions[k, 1] - motion.y)
-        ux, uy = clip(ux, uy, constants.model.max_speed)
+        ux, uy = within(constants.bounds, ux, uy)
         result[k, 0], result[k, 1] = ux, uy
         motion, _, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         if arrival != ON_THE_WAY:

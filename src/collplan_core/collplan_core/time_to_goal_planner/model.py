@@ -11,6 +11,7 @@ from collplan_core.reflection import Ring, believed_ring
 from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField, Grid
 from collplan_core.time_to_goal_planner.shortest_paths.record import PathLookup, ShortestPaths
+from collplan_core.velocity_bounds import VelocityBounds, velocity_bounds
 from collplan_core.velocity_law import VelocityLaw, velocity_law
 
 MAP_PERIOD = 0.05
@@ -28,9 +29,8 @@ EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
 
 
 class RobotModel(NamedTuple):
-    """Motion model of the robot: its top speed [m/s], its wheels, and the ring that contacts are computed with."""
+    """Motion model of the robot: its wheels, and the ring that contacts are computed with."""
 
-    max_speed: float
     wheels: VelocityLaw
     ring: Ring
 
@@ -80,6 +80,7 @@ class Constants(NamedTuple):
     goal: GoalDisc
     model: RobotModel
     costs: ContactCosts
+    bounds: VelocityBounds
 
 
 class Problem(NamedTuple):
@@ -107,7 +108,7 @@ def robot_model(settings: Settings) -> RobotModel:
     """The robot as the chosen strategy takes it to be."""
     ring, reflects = believed_ring(settings), TIME_TO_GOAL[settings.planner.strategy].contact_law == REFLECTS
     wheels = velocity_law(settings.robot, STEP)
-    return RobotModel(settings.robot.max_speed, wheels, ring if reflects else ring._replace(restitution=0.0))
+    return RobotModel(wheels, ring if reflects else ring._replace(restitution=0.0))
 
 
 def contact_costs(settings: Settings) -> ContactCosts:
@@ -123,14 +124,20 @@ def contact_costs(settings: Settings) -> ContactCosts:
     return ContactCosts(*observed, settings.limits.impact_speed, *inferred, p.margin_cost, margin)
 
 
-def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings) -> Problem:
-    """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy."""
+def problem_of(
+    field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings, yaw: float = 0.0
+) -> Problem:
+    """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy.
+
+    The robot holds its yaw [rad].
+    """
     p = settings.time_to_goal
     tolerance = p.arrival_share * paths.tolerance
     stops = settings.planner.stop_at_goal
     graze_cost, rest_speed = (0.0, AT_REST) if stops else (p.graze_cost / paths.tolerance**2, math.inf)
     x, y = (float(value) for value in paths.goal)
     goal = GoalDisc(x, y, tolerance, paths.longest_within(tolerance), graze_cost, rest_speed)
-    constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings))
+    bounds = velocity_bounds(settings.robot, yaw)
+    constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings), bounds)
     stop_test = TIME_TO_GOAL[settings.planner.strategy].stop_test
     return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test)

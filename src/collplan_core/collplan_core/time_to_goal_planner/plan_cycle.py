@@ -109,7 +109,7 @@ def plan_cycle(
     if way is None:
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
     remembered, paths, _ = way
-    problem = problem_of(remembered.field, remembered.free, paths, settings)
+    problem = problem_of(remembered.field, remembered.free, paths, settings, state.yaw)
     initial = _initial_motion(problem, state, memory.expected, settings.mocap)
     carried_on = _carried_on(problem, initial, memory, state.stamp, settings.time_to_goal)
     best_so_far = min((plan.cost for plan in carried_on), default=np.inf)

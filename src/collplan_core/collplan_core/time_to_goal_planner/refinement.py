@@ -6,11 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, approach_speed, end_cost, roll_interval, stop_cost
+from collplan_core.time_to_goal_planner.arrival import (
+    ON_THE_WAY,
+    approach_speed,
+    end_cost,
+    roll_interval,
+    stop_cost,
+    straight_time,
+)
 from collplan_core.time_to_goal_planner.dynamics import motion_at
-from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan, clip
+from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
+from collplan_core.velocity_bounds import within
 
 LONGEST_WINDOW = 20
 """Control intervals changed at once."""
@@ -93,7 +101,7 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
         control intervals and cost; inf as soon as that cannot be lower than before.
     """
     clearance, source, constants = problem.clearance, problem.source, problem.constants
-    goal, max_speed = constants.goal, constants.model.max_speed
+    goal, bounds = constants.goal, constants.bounds
     commands, states = plan.commands, plan.states
     new_commands, new_states, new_costs = new.commands, new.states, new.costs
     kind, first, window, deleted, where, bump_x, bump_y, position_gain, velocity_gain = change
@@ -107,7 +115,7 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
         if k < stop and kind == STRAIGHT:
             dx, dy = end_x - motion.x, end_y - motion.y
             length = math.sqrt(dx * dx + dy * dy)
-            share = max_speed / length if length > 1e-6 else 0.0
+            share = bounds.fastest / length if length > 1e-6 else 0.0
             ux, uy = share * dx, share * dy
         elif k < stop:
             ux, uy = commands[old, 0], commands[old, 1]
@@ -120,9 +128,9 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
             uy = commands[old, 1] + position_gain * off_y + velocity_gain * (states[old, 3] - motion.vy)
         else:
             ux, uy, _ = path_direction(problem.paths, motion.x, motion.y)
-            speed = approach_speed(goal, constants.model, motion)
+            speed = approach_speed(constants, motion)
             ux, uy = speed * ux, speed * uy
-        ux, uy = clip(ux, uy, max_speed)
+        ux, uy = within(bounds, ux, uy)
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         total += cost
         new_commands[k, 0], new_commands[k, 1] = ux, uy
@@ -133,7 +141,6 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
         new_costs[k + 1] = total
         if arrival != ON_THE_WAY:
             return k + 1, k * CONTROL_INTERVAL + arrival + total
-        left = math.sqrt((motion.x - goal.x) ** 2 + (motion.y - goal.y) ** 2) - goal.tolerance
-        if total + (k + 1) * CONTROL_INTERVAL + left / max_speed >= best:
+        if total + (k + 1) * CONTROL_INTERVAL + straight_time(goal, bounds, motion) >= best:
             return k + 1, np.inf
     return last, last * CONTROL_INTERVAL + total + end_cost(problem, motion)

@@ -226,15 +226,15 @@ def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping
         return settings, ""
     said = settings.robot.max_speed
     if options.max_speed is not None:
-        return settings, f"drives at {said:g} m/s at most: --max-speed"
+        return settings, f"drives at {settings.robot.fastest:g} m/s at most: --max-speed"
     if "robot.max_speed" not in given:
         said, source = FIRST_SPEED, "no --max-speed was given"
     elif said > FIRST_SPEED:
         source = f"no --max-speed was given, and robot.max_speed {said:g} of {options.params} alone makes it no faster"
     else:
         source = f"robot.max_speed of {options.params}"
-    slow = min(said, FIRST_SPEED)
-    return settings.with_values({"robot.max_speed": slow}), f"drives at {slow:g} m/s at most: {source}"
+    slowed = settings.with_values({"robot.max_speed": min(said, FIRST_SPEED)})
+    return slowed, f"drives at {slowed.robot.fastest:g} m/s at most: {source}"
 
 
 def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:

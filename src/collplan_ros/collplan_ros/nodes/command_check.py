@@ -1,13 +1,15 @@
 """Checks and limits of the commands that a robot follows."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from geometry_msgs.msg import Twist
 
-from collplan_core.control.follow import clip_command, saturate
+from collplan_core.control.follow import clip_command, cut_to_bounds, saturate
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
+from collplan_core.velocity_bounds import velocity_bounds
 from collplan_ros.messages.reading import MessageError, velocity_from_twist
 
 LIVE = ("robot.max_speed",)
@@ -81,7 +83,7 @@ class CommandCheck:
         period = 1.0 / settings.controller.rate
         silent = now - self._followed_at > settings.limits.command_age
         before, passed = (np.zeros(2), period) if silent else (self._followed, min(now - self._followed_at, period))
-        wanted = saturate(velocity, settings.cap.speed)
+        wanted = cut_to_bounds(velocity, velocity_bounds(replace(settings.robot, max_speed=settings.cap.speed)))
         if not wanted.any():
             return wanted
         return before + saturate(wanted - before, settings.cap.acceleration * passed)

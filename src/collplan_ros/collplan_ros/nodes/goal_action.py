@@ -104,7 +104,7 @@ class ActionGoals:
         feedback, state = self._action.Feedback(), loop.state
         assert state is not None, "there is no plan without a pose"
         feedback.current_pose = pose_to_message(PoseSample(state.stamp, state.position, state.yaw), settings.frames.map)
-        way, time = way_left(cycle.plan, loop.goal.position, settings.robot.max_speed)
+        way, time = way_left(cycle.plan, loop.goal.position, settings.robot.fastest)
         feedback.distance_remaining = way
         feedback.estimated_time_remaining = Duration(seconds=time).to_msg()
         feedback.navigation_time = Duration(seconds=driven).to_msg()

@@ -10,6 +10,7 @@ from collplan_core.local_map.sight import sight_angle
 from collplan_core.paper_planner.costs.model import CostModel
 from collplan_core.paper_planner.costs.total import normalize
 from collplan_core.paper_planner.trajectory import LONGEST_HANDLE
+from collplan_core.velocity_bounds import VelocityBounds, fastest_along
 
 
 @njit
@@ -127,7 +128,7 @@ def _crosses_boundary(
     velocity: np.ndarray,
     sx: float,
     sy: float,
-    max_speed: float,
+    bounds: VelocityBounds,
 ) -> bool:
     """Returns whether the cubic from p_cur to p_s, reached straight at v_max, leaves F through a boundary."""
     px, py = current
@@ -135,7 +136,7 @@ def _crosses_boundary(
     chord = math.hypot(cx, cy)
     if chord < 1e-9:
         return False
-    handle_time = chord / max_speed / 3.0
+    handle_time = chord / fastest_along(bounds, cx, cy) / 3.0
     longest = LONGEST_HANDLE * chord
     handle_length = math.hypot(velocity[0], velocity[1]) * handle_time
     if handle_length > longest:
@@ -159,7 +160,7 @@ def crossings(
     positions: np.ndarray,
     current: np.ndarray,
     velocity: np.ndarray,
-    max_speed: float,
+    bounds: VelocityBounds,
 ) -> np.ndarray:
     """1 for each position (p,) whose approach leaves F through an observed boundary, else 0.
 
@@ -167,11 +168,11 @@ def crossings(
         border: (n, 2) border points of F [m]; surface, shadow: (n,) as in LocalMap.
         positions: (p, 2) p_s; current: (2,) p_cur; all relative to the centre of F [m].
         velocity: (2,) v_cur [m/s].
-        max_speed: v_max [m/s].
+        bounds: v_max by direction.
     """
     risk = np.zeros(len(positions))
     for i in range(len(positions)):
         risk[i] = _crosses_boundary(
-            border, surface, shadow, current, velocity, positions[i, 0], positions[i, 1], max_speed
+            border, surface, shadow, current, velocity, positions[i, 0], positions[i, 1], bounds
         )
     return risk

@@ -9,6 +9,7 @@ from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 from collplan_core.time_to_goal_planner.shortest_paths.record import PathLookup, ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.waypoints import NEAREST, turn
+from collplan_core.velocity_bounds import VelocityBounds, fastest_along, share_along
 
 MAYBE_TURNED, NOT_TURNED = 0.2, 0.4
 """Distances of a waypoint up to which its turn may have been made already, and from which it has not [m]."""
@@ -52,30 +53,31 @@ def _ahead(point: _Waypoint, x: float, y: float) -> tuple[float, float, float]:
 
 
 @njit
-def _swing(ux: float, uy: float, max_speed: float, max_acceleration: float, vx: float, vy: float) -> float:
+def _swing(ux: float, uy: float, bounds: VelocityBounds, max_acceleration: float, vx: float, vy: float) -> float:
     """Time that it costs not to move at full speed along u already [s]."""
-    return ((max_speed * ux - vx) ** 2 + (max_speed * uy - vy) ** 2) / (2.0 * max_acceleration * max_speed)
+    speed = fastest_along(bounds, ux, uy)
+    return ((speed * ux - vx) ** 2 + (speed * uy - vy) ** 2) / (2.0 * max_acceleration * speed)
 
 
 @njit
 def _time_by(
-    point: _Waypoint, max_speed: float, max_acceleration: float, x: float, y: float, vx: float, vy: float
+    point: _Waypoint, bounds: VelocityBounds, max_acceleration: float, x: float, y: float, vx: float, vy: float
 ) -> float:
     """Time to go from (x, y) at (vx, vy) by a waypoint first [s].
 
     The velocity has to become that toward the waypoint, which then turns there. Or it has that turn behind it and has
     to become the one onward, if that is faster: wholly up to MAYBE_TURNED from the waypoint, by less and less
-    up to NOT_TURNED.
+    up to NOT_TURNED. Beyond the waypoint it counts with max_speed, of which a box may allow more.
     """
     ux, uy, distance = _ahead(point, x, y)
-    time = (distance + point.remaining) / max_speed
-    before = _swing(ux, uy, max_speed, max_acceleration, vx, vy)
+    time = (distance * share_along(bounds, ux, uy) + point.remaining) / bounds.max_speed
+    before = _swing(ux, uy, bounds, max_acceleration, vx, vy)
     if point.is_goal:
         return time + before
     wx, wy = point.onward_x, point.onward_y
-    cost = 0.5 * max_speed / max_acceleration
+    cost = 0.5 * bounds.max_speed / max_acceleration
     before += cost * turn(ux * wx + uy * wy)
-    behind = _swing(wx, wy, max_speed, max_acceleration, vx, vy)
+    behind = _swing(wx, wy, bounds, max_acceleration, vx, vy)
     share = min(max((NOT_TURNED - distance) / (NOT_TURNED - MAYBE_TURNED), 0.0), 1.0)
     return time + cost * point.turning + before - share * max(before - behind, 0.0)
 
@@ -102,7 +104,7 @@ def _cells_near(waypoint: np.ndarray, cells: Grid, x: float, y: float) -> tuple[
 
 @njit
 def time_to_go(
-    paths: PathLookup, max_speed: float, max_acceleration: float, x: float, y: float, vx: float, vy: float
+    paths: PathLookup, bounds: VelocityBounds, max_acceleration: float, x: float, y: float, vx: float, vy: float
 ) -> float:
     """Time from (x, y) at (vx, vy) to the goal, inf where no path leads there, 0 within its tolerance [s].
 
@@ -122,7 +124,7 @@ def time_to_go(
             if k >= 0 and k != last:
                 last = k
                 point = _waypoint(waypoints, onward, remaining, turning, k)
-                best = min(best, _time_by(point, max_speed, max_acceleration, x, y, vx, vy))
+                best = min(best, _time_by(point, bounds, max_acceleration, x, y, vx, vy))
     return best
 
 

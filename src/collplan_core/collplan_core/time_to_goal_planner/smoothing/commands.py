@@ -7,9 +7,10 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, roll_interval
 from collplan_core.time_to_goal_planner.dynamics import motion_at
-from collplan_core.time_to_goal_planner.full_plan import FullPlan, clip
+from collplan_core.time_to_goal_planner.full_plan import FullPlan
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
 from collplan_core.time_to_goal_planner.smoothing.knots import Knots
+from collplan_core.velocity_bounds import within
 from collplan_core.velocity_law import command_lead
 
 PLACE_GAIN = 5.0
@@ -25,7 +26,7 @@ RUN_ON = 6
 def commands_along(problem: Problem, plan: FullPlan, first: int, knots: Knots) -> tuple[np.ndarray, int]:
     """Commands (m, 2) of a plan up to number `first`, then those that follow the knots from there; how many."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
-    wheels, max_speed = constants.model.wheels, constants.model.max_speed
+    wheels, bounds = constants.model.wheels, constants.bounds
     commands, now, then = plan.commands.copy(), np.zeros(4), np.zeros(4)
     x, y, vx, vy = plan.states[first]
     motion = motion_at(clearance, constants.grid, x, y, vx, vy)
@@ -48,7 +49,7 @@ def commands_along(problem: Problem, plan: FullPlan, first: int, knots: Knots) -
             dx, dy = dx + PLACE_GAIN * off_x, dy + PLACE_GAIN * off_y
         change = math.hypot(dx, dy)
         gain = command_lead(wheels, change, CONTROL_INTERVAL) / change if change > 1e-9 else 0.0
-        ux, uy = clip(motion.vx + gain * dx, motion.vy + gain * dy, max_speed)
+        ux, uy = within(bounds, motion.vx + gain * dx, motion.vy + gain * dy)
         commands[k, 0], commands[k, 1] = ux, uy
         motion, _, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         if arrival != ON_THE_WAY:

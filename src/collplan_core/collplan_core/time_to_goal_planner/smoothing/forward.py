@@ -10,6 +10,7 @@ from collplan_core.reflection import reflect
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at, normal_at
 from collplan_core.time_to_goal_planner.model import Constants, Problem
 from collplan_core.time_to_goal_planner.smoothing.knots import AX, ONE, TAU, Gains, Knots
+from collplan_core.velocity_bounds import VelocityBounds
 
 EFFORT = 1e-4
 """Weight of the square of an acceleration: of equally fast plans the calm one [s^4/m^2]."""
@@ -70,6 +71,20 @@ def off(weight: float, error: float, nx: float, ny: float) -> Term:
 
 
 @njit
+def too_fast(weight: float, x: float, y: float, bounds: VelocityBounds) -> Term:
+    """weight times the square by which a velocity is beyond its bounds, of a box by each axis."""
+    if not bounds.is_box:
+        return beyond(weight, x, y, bounds.max_speed)
+    c, s, most = bounds.cos, bounds.sin, bounds.max_speed
+    ahead, left = c * x + s * y, c * y - s * x
+    over_x, over_y = ahead - min(max(ahead, -most), most), left - min(max(left, -most), most)
+    one = off(weight if over_x != 0.0 else 0.0, over_x, c, s)
+    two = off(weight if over_y != 0.0 else 0.0, over_y, -s, c)
+    gx, gy = one.gx + two.gx, one.gy + two.gy
+    return Term(one.value + two.value, gx, gy, one.hxx + two.hxx, one.hxy + two.hxy, one.hyy + two.hyy)
+
+
+@njit
 def plus(one: Term, value: float, gx: float, gy: float, curvature: float) -> Term:
     """A term and another one, which bends alike in all directions."""
     hxx, hyy = one.hxx + curvature, one.hyy + curvature
@@ -85,7 +100,7 @@ def stage(clearance: np.ndarray, constants: Constants, margin: float, state: np.
     if within > 0.0:
         nx, ny = normal_at(clearance, grid, x, y)
         place = off(costs.near, -within, nx, ny)
-    lead = beyond(SPEED, state[2] + lag * ax, state[3] + lag * ay, model.max_speed)
+    lead = too_fast(SPEED, state[2] + lag * ax, state[3] + lag * ay, constants.bounds)
     over = beyond(ACCELERATION, ax, ay, ACCELERATION_SHARE * model.wheels.max_acceleration)
     effort = plus(over, EFFORT * (ax * ax + ay * ay), 2.0 * EFFORT * ax, 2.0 * EFFORT * ay, 2.0 * EFFORT)
     return Stage(place, lead, effort, 1.0 + place.value + lead.value + effort.value)

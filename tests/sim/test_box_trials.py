@@ -1,0 +1,41 @@
+"""Trials of a robot whose axes are limited each on its own."""
+
+import numpy as np
+import pytest
+
+from collplan_core.parameters import Settings
+from collplan_core.worlds import World
+from omnipuck_sim.trial import run_trial
+
+OPEN = World("open", (), np.zeros((0, 3)), (-1.0, -1.0, 8.0, 8.0), start=np.zeros(2), goal=np.array([6.0, 6.0]))
+V_MAX = Settings().robot.max_speed
+
+
+def trial(world, shape: str, **values):
+    chosen = {key.replace("__", "."): value for key, value in values.items()}
+    return run_trial(world, Settings().with_values({"robot.velocity_shape": shape, **chosen}), seed=1)
+
+
+@pytest.mark.parametrize("values", [
+    {"planner__strategy": "avoid"},
+    {"planner__strategy": "bounce", "simulator__engine": "mujoco"},
+    {"planner__strategy": "low_risk"},
+], ids=str)  # fmt: skip
+def test_on_an_open_floors_diagonal_a_box_is_faster_by_the_root_of_2(values):
+    disc, box = (trial(OPEN, shape, **values) for shape in ("disc", "box"))
+    assert disc.reached
+    assert box.reached
+    cruise = [np.median(np.hypot(*each.trajectory[:, 3:].T)) for each in (disc, box)]
+    # the paper's planner aims up to 4 cm beside the diagonal: that way a box is faster by 1.33
+    assert cruise[1] / cruise[0] == pytest.approx(np.sqrt(2.0), rel=0.07)
+    assert np.abs(box.commands[:, 1:3]).max() <= V_MAX * (1 + 1e-9)
+    assert box.arrival_time < 0.8 * disc.arrival_time
+
+
+def test_bounce_reaches_the_goal_of_a_serpentine():
+    result = trial("serpentine:2", "box", planner__strategy="bounce")
+    assert result.reached
+    assert result.deliberate.any()
+    speeds = np.hypot(*result.commands[:, 1:3].T)
+    assert np.abs(result.commands[:, 1:3]).max() <= V_MAX * (1 + 1e-9)
+    assert speeds.max() > 1.2 * V_MAX
