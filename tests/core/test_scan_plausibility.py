@@ -19,6 +19,7 @@ from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.scan_filters import masked_beams, upside_down, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
+from collplan_core.sensing.seen_walls import wall_of_each_beam
 from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
@@ -177,6 +178,22 @@ def test_a_scan_of_a_while_ago_is_refused():
         *before, reason = judged(states, scans)
         assert not any(before), (behind, speed)
         assert reason, (behind, speed)
+
+
+def test_walls_hidden_since_by_a_parallel_one_make_no_scan_late():
+    """Behind the robot, as far as a scan of 0.5 s ago would show the nearer wall; of the last 0.2 s none is hidden."""
+    state = State(1.0, np.array([1.5, 0.5]), np.array([0.0, 1.0]), 0.0)
+    scan = simulate_scan(DOOR, state, SETTINGS.lidar)
+    beams, masked = standing_at(state, scan), np.zeros(len(scan.ranges), bool)
+    seen = seen_surfaces(on_wall_lines(scan), state, SETTINGS.local_map)
+    shown = wall_of_each_beam(seen, scan, state.position)
+    shown = shown[~np.isnan(shown[:, 0])]
+    behind = shown[shown[:, 3] > 0.9]
+    hidden = behind - [0.0, 0.5, 0.0, 0.0]
+    for newest, late in ((shown, False), (hidden, True)):
+        memory = ScanMemory(walls=(*((t, hidden) for t in (0.1, 0.3, 0.5, 0.7)), (0.9, newest)))
+        reason, _ = judge_scan(memory, scan, masked, beams, seen, state, SETTINGS.limits)
+        assert ("before its stamp" in reason) == late, reason
 
 
 def test_beams_may_run_clockwise_and_cover_a_part_of_the_turn():

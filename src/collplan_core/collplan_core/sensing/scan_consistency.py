@@ -72,7 +72,7 @@ class Consistency(NamedTuple):
     Attributes:
         expected, missing: number of walls that the scan must show, as nothing in it hides them; number not shown.
         expected_ahead, missing_ahead: the same for walls that the robot moves towards.
-        n_delays, delay: age of the scan's content beyond its stamp [s], median over so many walls; NaN for 0.
+        n_delays, delay: age of the scan's content beyond its stamp [s], median over so many recent walls; NaN for 0.
         towards_missing: (n,) bool, whether a beam goes towards a wall that is missing.
     """
 
@@ -111,6 +111,7 @@ def _nearest_range(ranges: np.ndarray, k: int, w: int, closed: bool) -> float:
 @njit
 def scan_consistency(
     walls: np.ndarray,
+    recent: int,
     now: np.ndarray,
     ranges: np.ndarray,
     masked: np.ndarray,
@@ -121,10 +122,12 @@ def scan_consistency(
     """Compares a scan with walls that earlier scans showed.
 
     A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
-    moved since: of each wall the delay is the distance over the speed towards it.
+    moved since: of each wall the delay is the distance over the speed towards it. A wall behind that a parallel one has
+    come in front of looks the same. In the time of the recent walls that happens to few.
 
     Args:
         walls: (m, 4) points of walls and their normals, of scans before.
+        recent: the row from which on they are of the last of these, which alone tell the delay.
         now: (n, 4) the same of each beam of the scan, of `wall_of_each_beam`.
         ranges: (n,) of the scan [m].
         masked: (n,) whether a beam is masked: no wall is expected where it looks.
@@ -151,7 +154,7 @@ def scan_consistency(
             continue
         closing = -(velocity[0] * normal_x + velocity[1] * normal_y)
         is_parallel = now[k, 2] * normal_x + now[k, 3] * normal_y >= PARALLEL
-        if speed >= MOVING and abs(closing) >= ACROSS * speed and is_parallel:
+        if j >= recent and speed >= MOVING and abs(closing) >= ACROSS * speed and is_parallel:
             beyond = (x - now[k, 0]) * normal_x + (y - now[k, 1]) * normal_y
             if abs(beyond) <= GAP + LONGEST_DELAY * speed:
                 delays[n_delays] = beyond / closing

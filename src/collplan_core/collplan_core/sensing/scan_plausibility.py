@@ -75,7 +75,8 @@ def judge_scan(
         walls = np.concatenate([walls for _, walls in memory.walls])
         seen_by = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max
         x, y = state.velocity.tolist()
-        found = scan_consistency(walls, now, scan.ranges, masked, beams, seen_by, (x, y))
+        recent = len(walls) - len(memory.walls[-1][1])
+        found = scan_consistency(walls, recent, now, scan.ranges, masked, beams, seen_by, (x, y))
         reason = _missing(found, limits)
         if reason:
             return reason, replace(
