@@ -83,11 +83,11 @@ soak: $(COMPILED) messages  ## all tests with the long ones, then the core witho
 	@failed=0; $(PYTEST) -m "soak or not soak" $(ARGS) || failed=1; \
 		NUMBA_DISABLE_JIT=1 $(PYTEST) tests/core $(ARGS) || failed=1; exit $$failed
 
-faults faults-long: export PYTHONPATH = $(CURDIR)/tools:$(CURDIR)/tests:$(CURDIR)/tests/sim
-faults: $(COMPILED)  ## every fault 20 times to a robot that drives, simulated; docs/reliability.md anew
+faults faults-long: export PYTHONPATH = $(CURDIR)/tools:$(CURDIR)/tests:$(CURDIR)/tests/sim:$(CURDIR)/tests/foreign
+faults: $(COMPILED) messages  ## every fault 20 times to a robot that drives, simulated; docs/reliability.md anew
 	@$(PYTHON) -m faults $(ARGS)
 
-faults-long: $(COMPILED)  ## as often as each fault needs, hours; ARGS="--minutes 30" for a slice, the next call goes on
+faults-long: $(COMPILED) messages  ## as often as each fault needs, hours; ARGS="--minutes 30" for a slice, the next call goes on
 	@$(PYTHON) -m faults --long $(ARGS)
 
 bench: export OPENBLAS_NUM_THREADS = 1

@@ -31,6 +31,7 @@ def impulse_of(settings: Settings, speed: float) -> float:
 
 
 HARDEST = impulse_of(SHIPPED, SHIPPED.limits.impact_speed)
+WHOSE = f"m (1 + e) v of the shipped robot at {SHIPPED.limits.impact_speed:g} m/s, as no ring's limit was measured"
 
 
 def sentences(settings: Settings, impulse: float) -> Iterator[str]:
@@ -38,17 +39,18 @@ def sentences(settings: Settings, impulse: float) -> Iterator[str]:
     number, restitution = number_of(settings), settings.rebound.restitution
     cells = read_curve()
     found = {family: expected(cells, family, number, restitution) for family in families_of(cells)}
+    yield verdict(found)
     yield f"N = v_max^2 / (a_max R) is {number:.1f}, the restitution {restitution:g}."
     yield "Time that bounce is expected to save against avoid, with 95 % interval, simulated:"
     for family, saved in found.items():
-        # the nearest cell stands for what lies outside
-        note = f" (the nearest known: {saved.note})" if saved.note else ""
+        note = f" ({saved.note})" if saved.note else ""
         yield f"  {family}: {with_interval(saved, 1, ' %')}{note}"
     fastest, v_max = impulse / impulse_of(settings, 1.0), settings.robot.max_speed
     yield f"A hit stays within {impulse:.2f} N s up to {fastest:.2f} m/s into the wall."
+    if impulse == HARDEST:
+        yield f"{impulse:.2f} N s is {WHOSE}: give yours by --impulse."
     if fastest < v_max:
         yield f"That is less than v_max: for bounce set limits.impact_speed to {fastest:.2f}, and expect to save less."
-    yield verdict(found)
 
 
 def verdict(found: Mapping[str, Estimate]) -> str:
@@ -78,8 +80,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--params", type=Path, metavar="FILE", help="ROS parameter file (default as shipped)")
     parser.add_argument("--set", dest="values", action="append", default=[], metavar="KEY=VALUE", help="a parameter")
-    why = "the shipped robot's at v_max, as no ring's limit was measured"
-    parser.add_argument("--impulse", type=float, default=HARDEST, help=f"limit of a hit [N s] ({HARDEST:.2f}: {why})")
+    parser.add_argument("--impulse", type=float, default=HARDEST, help=f"limit of a hit [N s] ({HARDEST:.2f}: {WHOSE})")
     given = parser.parse_args(args)
     try:
         if not given.impulse > 0.0:

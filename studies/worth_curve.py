@@ -68,4 +68,5 @@ def _along(column: Sequence[Cell], number: float) -> tuple[float, ...]:
 def _outside(name: str, value: float, low: float, high: float) -> str:
     if low <= value <= high:
         return ""
-    return f"{name} was studied at {low:g} alone" if low == high else f"{name} was studied from {low:g} to {high:g}"
+    studied, used = f"{low:g} alone" if low == high else f"{low:g} to {high:g}", min(max(value, low), high)
+    return f"{name} {value:.3g} lies outside of what was studied, {studied}: this is the figure at {used:g}"

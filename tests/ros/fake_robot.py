@@ -44,7 +44,7 @@ class FakeRobot:
 
     def __init__(self, ros, world, yaw: float = 0.0) -> None:
         self.world, self.yaw, self._ros = world, yaw, ros
-        self.position = np.array([0.0, 0.0])
+        self.position, self.velocity = np.array([0.0, 0.0]), np.zeros(2)
         self.stamp = 100.0
         self.poses_on = self.scans_on = True
         self.poses = ros.probe.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
@@ -60,7 +60,7 @@ class FakeRobot:
 
     @property
     def state(self) -> State:
-        return State(self.stamp, self.position, np.zeros(2), self.yaw)
+        return State(self.stamp, self.position, self.velocity, self.yaw)
 
     def pose(self) -> Odometry:
         return state_to_odometry(self.state, "map", "base_link")

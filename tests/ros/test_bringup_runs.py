@@ -15,6 +15,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
+from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -30,7 +31,7 @@ from collplan_ros.run.completion import complete
 from collplan_ros.run.recorded_run import read_run
 from fake_robot import FakeRobot, hall
 
-LATCHED = {"goal_status": GoalStatus, "robot/state": DiagnosticStatus, "/diagnostics": DiagnosticArray}
+LATCHED = {"goal_status": GoalStatus, "robot/state": DiagnosticStatus, "/diagnostics": DiagnosticArray, "/rosout": Log}
 HEALTH = {"/fake_robot": "", "/planner_node": "no way", "/robot1/fake_robot": ""}
 
 
@@ -73,6 +74,14 @@ class Played:
     def succeed(self):
         self.end(GoalStatus.STATUS_SUCCEEDED)
 
+    def drive_on(self):
+        self.robot.velocity = np.array([0.4, 0.0])
+        self.succeed()
+
+    def be_held_at_last(self):
+        self.succeed()
+        self.tell("held", "the base drives on")
+
     def fall_silent_on_the_way_back(self):
         self.succeed()
         if self.goals == 2:
@@ -80,6 +89,21 @@ class Played:
 
     def be_interrupted_on_the_way_back(self):
         self.succeed() if self.goals == 1 else os.kill(os.getpid(), signal.SIGINT)
+
+    def log(self):
+        """In the name of its own nodes and of others."""
+        for name, level, text in LOGGED:
+            self.out["/rosout"].publish(Log(name=name, level=level, msg=text))
+
+
+LOGGED = (
+    ("fake_robot", 40, "drives on"),
+    ("fake_robot", 30, "watchdog is 0"),
+    ("fake_robot", 20, "ready"),
+    ("robot1.fake_robot", 40, "of another robot"),
+    ("elsewhere", 40, "of another node"),
+)
+"""Name, level and text."""
 
 
 @pytest.fixture
@@ -92,6 +116,7 @@ def options(tmp_path, monkeypatch):
     monkeypatch.setattr(preparation, "find_executable", lambda name: str(tmp_path / "node"))
     monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), True, "local"))
     monkeypatch.setattr(driving, "PAUSE", 0.0)
+    monkeypatch.setattr(driving, "REST_PATIENCE", 1.0)
     monkeypatch.setattr(complaints, "INPUT_PATIENCE", complaints.INPUT_PATIENCE)
     return Options(robot="fake", out=tmp_path / "runs", params=tmp_path / "set.yaml", pictures=False)
 
@@ -136,6 +161,8 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
     ("meet", "code", "outcome", "reason"),
     [
         (Played.succeed, 0, "reached", ""),
+        (Played.drive_on, 3, "drives_on", "the robot drives on at 0.40 m/s"),
+        (Played.be_held_at_last, 3, "drives_on", "then the robot was held: the base drives on"),
         (Played.fall_silent_on_the_way_back, 3, "graph_lost", "nothing on /mocap/odom"),
         (Played.be_interrupted_on_the_way_back, 0, "interrupted", "Ctrl-C"),
     ],
@@ -143,7 +170,7 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
 def test_how_a_run_ends_is_its_exit_code_and_its_folder(played, options, capsys, meet, code, outcome, reason):
     played.meet = partial(meet, played)
     given = ["--robot", "fake", "--out", str(options.out), "--params", str(options.params), "--no-pictures"]
-    assert main([*given, *["--again"] * (outcome != "reached")]) == code
+    assert main([*given, *["--again"] * (outcome in ("graph_lost", "interrupted"))]) == code
     said, folder = capsys.readouterr().out, options.out / "latest"
     summary = json.loads((folder / "summary.json").read_text())
     assert (summary["outcome"], summary["reached"]) == (outcome, outcome == "reached")
@@ -178,9 +205,27 @@ def test_progress_that_nobody_reads_any_more_ends_nothing():
         Progress(stream).say("into the void")
 
 
-def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(options, capsys):
-    (options.out.parent / "node").write_text("#!/bin/sh\necho no such port\nexit 1\n")
+@pytest.mark.parametrize(("simulated", "said"), [(True, LOGGED[:1]), (False, LOGGED[:2])])
+def test_errors_of_the_nodes_are_said_when_they_happen_and_why_a_real_robot_stands(
+    played, options, monkeypatch, simulated, said
+):
+    monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), simulated, "local"))
+    output = io.StringIO()
+    asked = replace(options, world="corridor", goal=(2.0, 0.4), network="local")
+    bringup = Bringup(asked, Progress(output))
+    with closing(bringup.folder), bringup:
+        wait_until_ready(bringup.graph)
+        played.log()
+        end = bringup.graph.now() + 5.0
+        bringup.wait(lambda: said[-1][2] in output.getvalue() or bringup.graph.now() > end)
+        bringup.graph.step()
+    assert output.getvalue() == "".join(f"{name}: {text}\n" for name, _, text in said)
+
+
+@pytest.mark.parametrize("code", [1, 2])
+def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(options, capsys, code):
+    (options.out.parent / "node").write_text(f"#!/bin/sh\necho no such port\nexit {code}\n")
     result = run(options)
-    assert (result.outcome, result.exit_code) == ("node_died", 3)
-    assert result.summary["reason"].endswith("fake_robot ended with exit code 1")
+    assert (result.outcome, result.exit_code) == ("node_died", {1: 3, 2: 2}[code])
+    assert result.summary["reason"].endswith(f"fake_robot ended with exit code {code}")
     assert ":\n  no such port\n" in capsys.readouterr().out

@@ -1,6 +1,7 @@
 """mocap_node between an odometry and a localisation, with the real messages of /tf."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.messages.conversions import pose_to_message, quaternion_from_yaw
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_ros.nodes import localisation
 from collplan_ros.nodes.mocap_node import MocapNode
 from node_health import NodeHealth
 
@@ -22,7 +24,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class OdometryBench:
-    """The node, an odometry at 50 Hz and a localisation."""
+    """The node, an odometry at 50 Hz and a localisation, which repeats itself on /tf."""
 
     def __init__(self, ros, real_messages, topic="/tf", **parameters):
         self.ros = ros
@@ -32,6 +34,8 @@ class OdometryBench:
         self.impacts = ros.listen(Vector3Stamped, "impact", EVENT)
         self.node = ros.make(MocapNode, USED | parameters)
         self.transforms = ros.publisher(self.kind, topic, 100 if topic == "/tf" else LATCHED)
+        self.tied = None
+        ros.probe.create_timer(0.05, self._repeat)
         self.poses = ros.publisher(Odometry, "/odom", POSE_PUBLISHED)
         assert ros.wait_until(lambda: self.node.count_subscribers("mocap/odom"))
         self.stamp, self.x = 5.0, 0.0
@@ -43,8 +47,13 @@ class OdometryBench:
         transform.transform.rotation = quaternion_from_yaw(yaw)
         other = TransformStamped(child_frame_id="laser")
         other.header.frame_id = "base_link"
-        self.transforms.publish(self.kind(transforms=[other, transform]))
+        self.tied = self.kind(transforms=[other, transform])
+        self.transforms.publish(self.tied)
         self.ros.spin(0.05)
+
+    def _repeat(self) -> None:
+        if self.tied is not None and self.transforms.topic_name == "/tf":
+            self.transforms.publish(self.tied)
 
     def drive(self, n: int, speed: float) -> None:
         """n poses along the x axis of the odometry's frame."""
@@ -74,6 +83,27 @@ def test_poses_are_those_of_the_map_from_the_first_transform_on(ros, real_messag
     assert ros.wait_until(lambda: bench.odometry and bench.place == pytest.approx((1.0, 2.0 + bench.x)))
     twist = bench.odometry[-1].twist.twist.linear  # in the body frame, which has turned with it
     assert (twist.x, twist.y) == pytest.approx((0.5, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(("topic", "is_used"), [("/tf", False), ("/tf_static", True)])
+def test_a_transform_that_comes_no_more_is_named_with_its_age_unless_it_is_static(
+    ros, real_messages, monkeypatch, topic, is_used
+):
+    monkeypatch.setattr(localisation, "LONGEST_SILENCE", 0.3)
+    bench = OdometryBench(ros, real_messages, topic)
+    bench.ties(1.0, 2.0, QUARTER)
+    bench.drive(20, 0.5)
+    assert ros.wait_until(lambda: bench.odometry)
+    assert not bench.refusals
+    bench.tied = None
+    ros.spin(0.4)
+    bench.drive(10, 0.5)
+    if not is_used:
+        assert ros.wait_until(lambda: bench.refusals)
+        assert re.search(r"no transform from map to odom on /tf for \d\.\d s", bench.refusals[-1].data)
+        bench.ties(1.0, 2.0, QUARTER)
+        bench.drive(20, 0.5)
+    assert ros.wait_until(lambda: bench.place == pytest.approx((1.0, 2.0 + bench.x)))
 
 
 def test_a_correction_is_neither_a_leap_nor_an_impact_and_a_jump_of_a_metre_is(ros, real_messages):

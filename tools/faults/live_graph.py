@@ -67,28 +67,40 @@ class LiveGraph(Graph, Bench):
 
     Attributes:
         streams: what its nodes send.
+        ends: where the robot is driven to and fro [m].
+        fast: speed from which on it is fast enough for a fault [m/s].
+        strategy: by which it drives.
+        extra: nodes that bringup does not start.
     """
+
+    ends, fast, strategy, extra = ENDS, FAST, SLOW_STRATEGY, (TELEOP,)
 
     def __init__(self, robot: str) -> None:
         """`robot` is one of bringup's."""
         self._temporary = tempfile.TemporaryDirectory(prefix="faults-", ignore_cleanup_errors=True)
         folder = Path(self._temporary.name)
-        (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
-        file = folder / "parameters.yaml"
-        fenced = f"/**:\n  ros__parameters:\n    limits: {{fence: {list(FENCE)}}}\n"
-        file.write_text(fenced, encoding="utf-8")
-        preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file, processes=True))
-        programs = {**preparation.programs, TELEOP: find_executable(TELEOP)}
+        preparation = prepare(self._options(robot, folder))
+        programs = {**preparation.programs, **{name: find_executable(name) for name in self.extra}}
         preparation = replace(preparation, programs=programs)
         run_folder = RunFolder(folder / "runs", preparation.settings)
         super().__init__(preparation, run_folder, Progress(io.StringIO()))
         self._repeated: Callable[[], object] | None = None
         self._period = self._due = 0.0
 
+    def _options(self, robot: str, folder: Path) -> Options:
+        (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
+        file = folder / "parameters.yaml"
+        fenced = f"/**:\n  ros__parameters:\n    limits: {{fence: {list(FENCE)}}}\n"
+        file.write_text(fenced, encoding="utf-8")
+        return Options(robot=robot, world=str(folder / "hall.yaml"), params=file, processes=True)
+
+    def _streams(self) -> Streams:
+        return Streams(self.listener.node)
+
     def __enter__(self) -> "LiveGraph":
         super().__enter__()
         try:
-            self.streams = Streams(self.listener.node)
+            self.streams = self._streams()
             wait_until_ready(self)
         except BaseException:
             self.__exit__()
@@ -134,9 +146,9 @@ class LiveGraph(Graph, Bench):
         Raises:
             BenchError: it does not.
         """
-        self.let("planner_node", planner__strategy=SLOW_STRATEGY)
+        self.let("planner_node", planner__strategy=self.strategy)
         deadline, due, target = self.now() + PATIENCE, 0.0, None
-        while not (target is not None and self.drives and self._room(target) > 3.0):
+        while not (target is not None and self.drives and self.room(target) > 3.0):
             if self.now() > deadline:
                 raise BenchError(f"the robot does not drive: {self.described()}")
             if self.now() > due and self.streams.truth:
@@ -149,7 +161,7 @@ class LiveGraph(Graph, Bench):
 
     def farther_end(self) -> np.ndarray:
         """The end of the hall (2,) that is farther away [m]."""
-        return max(ENDS, key=self._room)
+        return max(self.ends, key=self.room)
 
     @property
     def goal_goes_on(self) -> bool:
@@ -160,7 +172,8 @@ class LiveGraph(Graph, Bench):
         """Whether a node's newest report is no error."""
         return node in self.streams.health and self.streams.health[node][1].level != ERROR
 
-    def _room(self, target: np.ndarray) -> float:
+    def room(self, target: np.ndarray) -> float:
+        """How far the robot is from there [m]."""
         here = self.streams.truth[-1]
         return math.hypot(here.x - target[0], here.y - target[1])
 
@@ -174,7 +187,7 @@ class LiveGraph(Graph, Bench):
         """Whether it goes fast, as commanded."""
         streams = self.streams
         commanded = bool(streams.commands) and streams.commands[-1].moves
-        return commanded and self.state == FREE and streams.truth[-1].speed >= FAST
+        return commanded and self.state == FREE and streams.truth[-1].speed >= self.fast
 
     @property
     def state(self) -> str:

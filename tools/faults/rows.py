@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from faults import fuzz, goals, hands, held, line, nodes, order, poses, runs, stops, trials
+from faults import base, fuzz, goals, hands, held, line, nodes, order, poses, runs, stops, trials
+from faults.base_graph import TOPIC, BaseGraph
 from faults.bench import Bench
 from faults.fault import Fault
 from faults.live_graph import LiveGraph
@@ -17,6 +18,7 @@ FAULTS: list[Fault] = [
     *held.FAULTS,
     *goals.FAULTS,
     *line.FAULTS,
+    *base.FAULTS,
     *runs.FAULTS,
     *fuzz.FAULTS,
     *order.FAULTS,
@@ -24,6 +26,7 @@ FAULTS: list[Fault] = [
 BENCHES: dict[str, Callable[[], Any]] = {
     "simulator": lambda: LiveGraph("sim"),
     "serial": lambda: LiveGraph("emulator"),
+    base.BASE: lambda: BaseGraph(f"base:{TOPIC}"),
     "bringup": runs.RunEnds,
     "process": Bench,
     "trial": Bench,

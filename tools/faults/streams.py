@@ -85,8 +85,8 @@ class Streams:
         health: newest report of each node by its name, with the time it was sent [s, steady clock].
     """
 
-    def __init__(self, node: Node) -> None:
-        """Subscribes through `node`."""
+    def __init__(self, node: Node, commands: str = "cmd_vel", truth: str = "ground_truth/odom") -> None:
+        """Subscribes through `node`; `commands` is the topic of what counts as sent, `truth` of the true motion."""
         self.health: dict[str, tuple[float, DiagnosticStatus]] = {}
         self.commands: deque[Commanded] = deque(maxlen=KEPT)
         self.maneuvers: deque[Said] = deque(maxlen=KEPT)
@@ -101,9 +101,9 @@ class Streams:
         self.refusals: deque[Said] = deque(maxlen=KEPT)
         self._times = SendTimes()
         self._node = node
-        self._listen(Twist, "cmd_vel", self._take_command, EVENT)
+        self._listen(Twist, commands, self._take_command, EVENT)
         self._listen(String, "maneuver", lambda m, sent: self.maneuvers.append(Said(sent, m.data)), LATCHED)
-        self._listen(Odometry, "ground_truth/odom", self._take_truth, EVENT)
+        self._listen(Odometry, truth, self._take_truth, EVENT)
         self._listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED)
         self._listen(String, "mocap/refused", lambda m, sent: self.refusals.append(Said(sent, m.data)), POSE_SUBSCRIBED)
         self._listen(LaserScan, "scan", lambda _, sent: self.scans.append(sent), SENSOR_DATA)

@@ -11,6 +11,7 @@ from action_msgs.msg import GoalStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
+from collplan_core.control.runaway import MOVES
 from collplan_core.evaluation import run_end
 from collplan_core.evaluation.run_end import (
     ABORTED,
@@ -24,7 +25,7 @@ from collplan_core.evaluation.run_end import (
 )
 from collplan_ros.bringup import complaints
 from collplan_ros.bringup.complaints import seen_more_than
-from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
+from collplan_ros.bringup.failures import DrivesOn, GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import LATE, Graph
 from collplan_ros.bringup.lidar_place import with_lidar_place
 from collplan_ros.bringup.listener import NAME, REST_PATIENCE
@@ -259,6 +260,9 @@ class Bringup:
         """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE.
 
         A goal that has not ended within CANCEL_PATIENCE is not waited for: leave the graph then, which stops the robot.
+
+        Raises:
+            DrivesOn: it does not rest.
         """
         graph, begun = self.graph, self.graph.now()
         due = begun
@@ -272,6 +276,8 @@ class Bringup:
                     graph.goals.cancel()
                     due = now + CANCEL_PERIOD
             graph.step()
+        if (speed := graph.listener.speed) > MOVES:
+            raise DrivesOn(f"the robot drives on at {speed:.2f} m/s, {now - begun:.0f} s after the end of its run")
 
     def wait(self, condition: Callable[[], bool]) -> None:
         """Lets the graph run until a condition holds."""

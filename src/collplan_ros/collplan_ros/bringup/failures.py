@@ -23,6 +23,18 @@ class NodeDied(GraphError):
     outcome = "node_died"
 
 
+class NodeRefused(NodeDied):
+    """A node that could not be made of what it was given, as a parameter that does not fit; the message as before."""
+
+    exit_code = NOT_STARTED
+
+
+class DrivesOn(GraphError):
+    """The robot moves, or its own node has held it, after it was told to stand at the end of a run."""
+
+    outcome = "drives_on"
+
+
 class Interrupted(RuntimeError):
     """A signal asked bringup to stop."""
 

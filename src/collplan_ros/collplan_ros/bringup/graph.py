@@ -11,18 +11,20 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.msg import Log
 from rclpy.client import Client
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from collplan_core.parameters.spec import ParameterError
 from collplan_ros.bringup import complaints
 from collplan_ros.bringup.complaints import COMMANDS, Complaints, other_commanders, seen_more_than
-from collplan_ros.bringup.failures import GraphError, Interrupted, NodeDied, StartError
+from collplan_ros.bringup.failures import GraphError, Interrupted, NodeDied, NodeRefused, StartError
 from collplan_ros.bringup.listener import NAME, Listener
 from collplan_ros.bringup.network import environment_set, graph_environment
 from collplan_ros.bringup.options import COMMANDER, PLANNER, VIEWER
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.processes import NodeLogs, Processes
+from collplan_ros.bringup.processes import ERROR, WARN, NodeLogs, Processes
 from collplan_ros.bringup.progress import Progress, in_words
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.stepped_nodes import CLASSES, Hangs, HangWatch, SteppedNodes
@@ -121,6 +123,7 @@ class Graph:
             self.listener = stack.enter_context(closing(Listener(preparation, self._folder)))
             self.recorder, node = self.listener.recorder, self.listener.node
             self.complaints = Complaints(preparation, self.recorder, node)
+            self.listener.listen_to_logs(self._say_logged)
             self.goals = Goals(node, preparation.settings.frames.map, self.now)
             self._refuse_running_nodes()
             watch = HangWatch()
@@ -240,6 +243,15 @@ class Graph:
             topic = self.complaints.name(COMMANDS)
             raise GraphError(f"{topic} is published by {in_words(others)} beside {ours}; end all but {ours}")
 
+    def _say_logged(self, message: Log) -> None:
+        """Prints a node's error when it happens, and why a robot that is not simulated stands."""
+        robot, (space, _, name) = self.preparation.robot, message.name.rpartition(".")
+        if name not in self.preparation.programs or f"/{space.replace('.', '/')}" != self.preparation.namespace:
+            return
+        stands = not robot.simulated and name in (robot.nodes[0], COMMANDER)
+        if message.level >= (WARN if stands else ERROR):
+            self.progress.say(f"{name}: {message.msg}")
+
     def _refuse_running_nodes(self) -> None:
         alone = Counter({**dict.fromkeys(self.preparation.programs, 0), NAME: 1})
         end = time.monotonic() + LISTENING_TIME
@@ -278,4 +290,4 @@ class Graph:
         how = (
             "hangs" if isinstance(error, Hangs) else f"ended by {type(error).__name__}: {' '.join(str(error).split())}"
         )
-        return NodeDied(f"{name} {how}")
+        return (NodeRefused if isinstance(error, ParameterError) else NodeDied)(f"{name} {how}")

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from functools import partial
 from threading import Lock
 
+from rcl_interfaces.msg import Log
 from rclpy.context import Context
 from rclpy.executors import Executor
 
@@ -105,7 +106,11 @@ class Listener:
     def spin_with(self, nodes: SteppedNodes, logs: NodeLogs) -> None:
         """Steps the nodes of this process in the place of its own, from now on; `logs` takes what they log."""
         self.now, self._spin = nodes.now, nodes.step
-        self._topics.listen("/rosout", lambda message, _: logs.take(message))
+        self.listen_to_logs(logs.take)
+
+    def listen_to_logs(self, take: Callable[[Log], None]) -> None:
+        """Hands each message that a node logs to `take`."""
+        self._topics.listen("/rosout", lambda message, _: take(message))
 
     def take(self) -> None:
         """Takes the messages that arrive in TAKING_PERIOD or until the next pose, or at once where they are many."""
@@ -141,7 +146,7 @@ class Listener:
     def at_rest(self) -> bool:
         """True where the robot is commanded to rest and rests, by a pose sent after the command."""
         newest = self.recorder.newest
-        return newest is not None and newest.sent > self.recorder.stands_since and self._speed <= REST_SPEED
+        return newest is not None and newest.sent > self.recorder.stands_since and self.speed <= REST_SPEED
 
     def record_to_the_end(self) -> None:
         """Takes messages until the robot rests and its record is complete, while poses arrive."""
@@ -150,14 +155,15 @@ class Listener:
         self.silence = 0.0
         # a controller that has died sends no zero, but the robot stands by itself
         self._take_until(lambda: self.at_rest, ZERO_PATIENCE)
-        self._take_until(lambda: self._speed <= REST_SPEED, REST_PATIENCE)
+        self._take_until(lambda: self.speed <= REST_SPEED, REST_PATIENCE)
         self.recorder.finish()
         self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)
         if self._recording is not None:
             self._recording.flush()
 
     @property
-    def _speed(self) -> float:
+    def speed(self) -> float:
+        """Speed by the newest pose [m/s]; infinite before the first."""
         pose = self.recorder.newest
         return math.inf if pose is None else math.hypot(pose.vx, pose.vy)
 

@@ -15,7 +15,15 @@ from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
-from collplan_ros.bringup.failures import NOT_REACHED, NOT_STARTED, RECORD_LOST, GraphError, Interrupted, StartError
+from collplan_ros.bringup.failures import (
+    NOT_REACHED,
+    NOT_STARTED,
+    RECORD_LOST,
+    DrivesOn,
+    GraphError,
+    Interrupted,
+    StartError,
+)
 from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
@@ -78,8 +86,8 @@ class RunResult:
     """Result of a run.
 
     Attributes:
-        outcome: reached, timeout, stuck, aborted, canceled, emergency_stop, node_died, graph_lost, record_lost or
-            interrupted.
+        outcome: reached, timeout, stuck, aborted, canceled, emergency_stop, node_died, graph_lost, drives_on,
+            record_lost or interrupted.
         exit_code: 0 only when the goal was reached.
         message: reason why the run was broken off or the goal not reached; empty where it was reached or canceled.
         folder: the run folder.
@@ -143,6 +151,8 @@ def _driven(bringup: Bringup, options: Options) -> tuple[str, int, str]:
             outcome = bringup.drive()
             bringup.come_to_rest()
             reason = bringup.reason(outcome)
+            if outcome == REACHED and graph.recorder.held:
+                raise DrivesOn(f"the goal was reached, and then the robot was held: {graph.recorder.held}")
     except RecordError as error:
         return "record_lost", RECORD_LOST, str(error)
     except (GraphError, Interrupted) as error:

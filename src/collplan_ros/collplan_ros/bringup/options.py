@@ -226,8 +226,10 @@ class Options:
 DESCRIPTION = """\
 Starts a robot and the nodes that plan and control it, gives it a goal, and watches until it is there.
 
-The goal is reached: exit code 0. Time is up, stuck or given up: 1. A request that cannot be fulfilled: 2.
-A node died, the graph did not come up, another node commands the robot or this machine is too slow for it: 3.
+The goal is reached: exit code 0. Time is up, stuck or given up: 1. A request that cannot be fulfilled, such as a
+parameter that a node refuses: 2.
+A node died, the graph did not come up, another node commands the robot, this machine is too slow for it, or the robot
+is held or drives on after the goal: 3.
 A file of the run cannot be written, as on a full disk: 4.
 Stopped by a signal: 128 + its number; by Ctrl-C with --again: 0.
 

@@ -12,11 +12,13 @@ from pathlib import Path
 from rcl_interfaces.msg import Log
 
 from collplan_ros.bringup import die_with_parent
-from collplan_ros.bringup.failures import NodeDied
+from collplan_ros.bringup.failures import NodeDied, NodeRefused
+from collplan_ros.node_kit.run_node import STARTUP_ERROR
 
 SHOWN = 10
 """Lines of a node's output that are printed when it has ended."""
-LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+WARN, ERROR = 30, 40
+LEVELS = {10: "DEBUG", 20: "INFO", WARN: "WARN", ERROR: "ERROR", 50: "FATAL"}
 
 
 class NodeLogs:
@@ -95,7 +97,7 @@ class Processes:
             dispensable: part that a run goes on without where a node has ended, by node.
 
         Raises:
-            NodeDied: another one has ended.
+            NodeDied: another one has ended, NodeRefused if at its start.
         """
         for name, process in list(self._started.items()):
             code = process.poll()
@@ -104,7 +106,7 @@ class Processes:
             say(self._logs.last_lines(name))
             ended = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
             if name not in dispensable:
-                raise NodeDied(f"{name} {ended}")
+                raise (NodeRefused if code == STARTUP_ERROR else NodeDied)(f"{name} {ended}")
             del self._started[name]
             say(f"{name} {ended}\nthe run goes on without {dispensable[name]}")
 

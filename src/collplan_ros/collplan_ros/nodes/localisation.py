@@ -1,5 +1,7 @@
 """The frame of an odometry in the map, by the newest transform that a localisation broadcasts; without tf2_ros."""
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 from collplan_core.parameters.spec import ParameterError
@@ -11,9 +13,11 @@ from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 
 UNLOCALISED = "unlocalised"
-"""Reason of a pose that is refused because its frame is not known in the map yet."""
+"""Reason of a pose that is refused because its frame is not known in the map yet, or not any more."""
 TOLERANCE = 1e-3
 """Largest deviation of a quaternion's norm from 1."""
+LONGEST_SILENCE = 1.0
+"""Largest age of the newest transform on /tf [s]: localisations send one with every scan, or oftener."""
 
 
 class Localisation:
@@ -24,8 +28,8 @@ class Localisation:
         corrections: number of transforms that changed it.
     """
 
-    def __init__(self, inputs: Inputs, parent: str, child: str) -> None:
-        """Subscribes through `inputs`.
+    def __init__(self, inputs: Inputs, parent: str, child: str, local: Callable[[], float]) -> None:
+        """Subscribes through `inputs`; `local` is the time for ages [s].
 
         Raises:
             ParameterError: tf2_msgs is not installed.
@@ -36,11 +40,12 @@ class Localisation:
             raise ParameterError("mocap.localised: got True, expected False where tf2_msgs is not installed") from None
         self.frame: FrameInMap | None = None
         self.corrections = 0
-        self._parent, self._child = parent, child
-        inputs.listen(TFMessage, "/tf", self._take, TRANSFORMS, EVENT)
-        inputs.listen(TFMessage, "/tf_static", self._take, LATCHED_TRANSFORMS, EVENT)
+        self._parent, self._child, self._local = parent, child, local
+        self._received = -math.inf
+        inputs.listen(TFMessage, "/tf", lambda message: self._take(message, local()), TRANSFORMS, EVENT)
+        inputs.listen(TFMessage, "/tf_static", lambda message: self._take(message, math.inf), LATCHED_TRANSFORMS, EVENT)
 
-    def _take(self, message: Any) -> None:
+    def _take(self, message: Any, received: float) -> None:
         for each in message.transforms:
             if (each.header.frame_id, each.child_frame_id) != (self._parent, self._child):
                 continue
@@ -53,16 +58,17 @@ class Localisation:
             x, y = pose.position.tolist()
             frame = FrameInMap(x, y, pose.yaw)
             self.corrections += frame != self.frame
-            self.frame = frame
+            self.frame, self._received = frame, received
 
     def known(self) -> FrameInMap:
         """The pose of the child in the parent.
 
         Raises:
-            PoseError: there was no transform yet.
+            PoseError: there was no transform yet, or none for LONGEST_SILENCE.
         """
-        if self.frame is None:
-            raise PoseError(
-                UNLOCALISED, f"no transform from {self._parent} to {self._child} on /tf yet: does a localisation run?"
-            )
+        age = self._local() - self._received
+        if self.frame is None or age > LONGEST_SILENCE:
+            since = "yet" if self.frame is None else f"for {age:.1f} s"
+            missing = f"no transform from {self._parent} to {self._child} on /tf {since}"
+            raise PoseError(UNLOCALISED, f"{missing}: does a localisation run?")
         return self.frame

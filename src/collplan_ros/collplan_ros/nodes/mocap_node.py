@@ -117,7 +117,7 @@ class MocapNode(GraphNode):
         self._read = FORMATS[mocap.format].read
         self._inputs = Inputs(self)
         ours = self._settings.frames.map
-        self._localisation = Localisation(self._inputs, ours, mocap.frame) if mocap.localised else None
+        self._localisation = Localisation(self._inputs, ours, mocap.frame, self._local) if mocap.localised else None
         self._frame: FrameInMap | None = None
         self._slips_until = -math.inf
         self._inputs.listen(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
