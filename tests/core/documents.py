@@ -26,7 +26,7 @@ OF_THE_READER = {
     "first.py",
     *(f"{name}.yaml" for name in ("lab", "base", "fitted", "floor", "spread", "my_arena", "my_room")),
 }
-OF_BASES = {"/cmd_vel", "/odom", "/scan"}
+OF_BASES = {"/cmd_vel", "/fault", "/odom", "/scan"}
 """Topics of a robot that takes velocities."""
 CALLS = [node for source in SOURCES.values() for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
 
@@ -39,7 +39,7 @@ def named_in_calls(*functions: str) -> set[str]:
 
 
 NAMED = set(re.findall(r'^TOPIC = "([\w/]+)"', EVERYTHING, re.MULTILINE)) | {all_specs()["mocap.topic"].default}
-TOPICS = named_in_calls("create_publisher", "create_subscription", "listen") | NAMED
+TOPICS = (named_in_calls("create_publisher", "create_subscription", "listen") | NAMED) - OF_BASES
 ACTIONS = set(re.findall(r'^ACTION = "(\w+)"', EVERYTHING, re.MULTILINE))
 SERVICES = named_in_calls("create_service", "_serve")
 
@@ -189,7 +189,7 @@ def wrong_commands(text: str) -> list[str]:
 def wrong_topics(text: str) -> list[str]:
     named = [span for span in spans(text) if re.fullmatch(r"/?[a-z_]+(/[a-z_]+)+|/[a-z_]+", span)]
     topics = [name for name in named if name.split("/")[0] not in FOLDERS]
-    return [name for name in topics if name not in TOPICS | OF_RECEIVERS and not is_there(name)]
+    return [name for name in topics if name not in TOPICS | OF_RECEIVERS | OF_BASES and not is_there(name)]
 
 
 def listed(text: str, head: str) -> set[str]:

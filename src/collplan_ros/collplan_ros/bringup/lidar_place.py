@@ -3,18 +3,17 @@
 import math
 import os
 import time
-from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import LaserScan
 
+from collplan_core.calibration.frame_chain import Link, mount_in, rotation_of
 from collplan_core.calibration.lidar_fit import LidarMount
 from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
 from collplan_ros.bringup.failures import StartError
@@ -25,40 +24,8 @@ from collplan_ros.nodes.localisation import TOLERANCE
 
 PATIENCE = 3.0
 """Longest wait for scans and transforms [s]."""
-LEVEL = math.radians(15.0)
-"""Largest angle between the axis of the LIDAR and the vertical [rad]."""
 LOOK_PERIOD = 0.05
 """Period at which what came is looked at [s]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """A frame in its parent: position (3,) [m] and rotation."""
-
-    parent: str
-    position: np.ndarray
-    rotation: Rotation
-
-
-def mount_in(links: Mapping[str, Link], base: str, frame: str) -> LidarMount | None:
-    """The mounting pose of a sensor's frame on the robot's frame; None where no chain of links joins them.
-
-    Raises:
-        StartError: the sensor is not level, so that its scans are no plan of the room.
-    """
-    position, rotation, at = np.zeros(3), Rotation.identity(), frame
-    for _ in links:
-        if at == base or at not in links:
-            break
-        link = links[at]
-        position, rotation, at = link.position + link.rotation.apply(position), link.rotation * rotation, link.parent
-    if at != base:
-        return None
-    ahead, up = rotation.apply([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    if abs(up[2]) < math.cos(LEVEL):
-        tilt = math.degrees(math.acos(abs(up[2])))
-        raise StartError(f"/tf_static: {frame} is tilted by {tilt:.0f} degrees on {base}, expected a level LIDAR")
-    return LidarMount(float(position[0]), float(position[1]), math.atan2(ahead[1], ahead[0]), bool(up[2] < 0.0))
 
 
 def with_lidar_place(preparation: Preparation) -> tuple[Preparation, str]:
@@ -69,7 +36,10 @@ def with_lidar_place(preparation: Preparation) -> tuple[Preparation, str]:
     """
     if not preparation.lidar_unsaid:
         return preparation, ""
-    base, frame, mount = preparation.settings.frames.base, *_listened(preparation)
+    try:
+        base, frame, mount = preparation.settings.frames.base, *_listened(preparation)
+    except ValueError as error:
+        raise StartError(f"/tf_static: {error}") from None
     if mount is None:
         return preparation, (
             f"LIDAR: taken to be at the robot's centre, facing forward. /tf_static has no transform from {base} to "
@@ -100,7 +70,7 @@ def _listened(preparation: Preparation) -> tuple[str, LidarMount | None]:
                 check_pose_fields(0.0, position, quaternion, TOLERANCE)
             except PoseError:
                 continue  # of another device, or one that the result then lacks
-            links[each.child_frame_id] = Link(each.header.frame_id, np.array(position), Rotation.from_quat(quaternion))
+            links[each.child_frame_id] = Link(each.header.frame_id, np.array(position), rotation_of(*quaternion))
 
     def take_scan(message: LaserScan) -> None:
         frames[0] = frames[0] or str(message.header.frame_id)

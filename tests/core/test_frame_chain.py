@@ -1,0 +1,41 @@
+"""The place of a LIDAR at the end of a chain of frames."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from collplan_core.calibration.frame_chain import Link, mount_in
+
+UPSIDE_DOWN = Rotation.from_euler("x", np.pi)
+level = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.booleans())
+
+
+def link(parent: str, x: float, y: float, yaw: float, inverted: bool = False) -> Link:
+    turn = Rotation.from_euler("z", yaw)
+    return Link(parent, np.array([x, y, 0.1]), turn * UPSIDE_DOWN if inverted else turn)
+
+
+@given(chain=st.lists(level, min_size=1, max_size=4), point=st.tuples(st.floats(-2, 2), st.floats(-2, 2)))
+def test_a_point_seen_by_the_lidar_is_where_the_chain_puts_it(chain, point):
+    names = ["base_link", *map(str, range(len(chain)))]
+    links = {child: link(parent, *each) for parent, child, each in zip(names, names[1:], chain, strict=False)}
+    mount = mount_in(links, "base_link", names[-1])
+    seen = np.array([*point, 0.0])
+    for name in reversed(names[1:]):
+        seen = links[name].position + links[name].rotation.apply(seen)
+    x, y = point[0], -point[1] if mount.mirrored else point[1]
+    turned = math.cos(mount.yaw) * x - math.sin(mount.yaw) * y, math.sin(mount.yaw) * x + math.cos(mount.yaw) * y
+    np.testing.assert_allclose((mount.x + turned[0], mount.y + turned[1]), seen[:2], atol=1e-9)
+
+
+def test_frames_that_nothing_joins_have_no_place_and_a_tilted_lidar_is_refused():
+    links = {"laser": link("mast", 0.1, 0.0, 0.0), "mast": link("other_base", 0.0, 0.0, 0.0), "a": link("a", 0, 0, 0)}
+    assert mount_in(links, "base_link", "laser") is None
+    assert mount_in(links, "base_link", "a") is None
+    links["laser"] = Link("base_link", np.zeros(3), Rotation.from_euler("y", 0.6))
+    with pytest.raises(ValueError, match="laser is tilted by 34 degrees on base_link"):
+        mount_in(links, "base_link", "laser")
