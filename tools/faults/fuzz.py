@@ -130,7 +130,7 @@ def poses(seed: int) -> int:
     return MESSAGES
 
 
-def put_scan(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
+def put_scan(nodes: trial.TrialNodes, drawn: Nonsense, true: Scan) -> None:
     try:
         taken = scan_from_message(scan(drawn, true), "base_link")
     except ScanError as error:
@@ -140,26 +140,26 @@ def put_scan(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
     nodes.loop.take_scan(taken, nodes.simulator.time)
 
 
-def put_path(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
+def put_path(nodes: trial.TrialNodes, drawn: Nonsense, true: Scan) -> None:
     with suppress(MessageError):
         message = path(drawn, true.stamp, *nodes.simulator.state.position.tolist())
         nodes.loop.controller.take_plan(plan_from_path(serialize_message(message), "map"), nodes.simulator.time)
 
 
-def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> int:
+def in_trial(put: Callable[[trial.TrialNodes, Nonsense, Scan], None], seed: int) -> int:
     """A trial in which planner and controller get nonsense before they act, as their nodes would; how many messages."""
     drawn, moved, n = Nonsense(seed), 0, 0
     newest: Scan | None = None
-    take_scan, hear = trial._Nodes._take_scan, trial._Nodes._hear
+    take_scan, hear = trial.TrialNodes._take_scan, trial.TrialNodes._hear
     commanded = TrialRecord.commanded
 
-    def take(nodes: trial._Nodes, true: Scan) -> None:
+    def take(nodes: trial.TrialNodes, true: Scan) -> None:
         nonlocal newest
         newest = true
         take_scan(nodes, true)
 
-    def after_nonsense(act: Callable[[trial._Nodes], None]) -> Callable[[trial._Nodes], None]:
-        def acting(nodes: trial._Nodes) -> None:
+    def after_nonsense(act: Callable[[trial.TrialNodes], None]) -> Callable[[trial.TrialNodes], None]:
+        def acting(nodes: trial.TrialNodes) -> None:
             nonlocal n
             for _ in range(AT_ONCE if newest else 0):
                 drawn.begin()
@@ -169,7 +169,7 @@ def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> 
 
         return acting
 
-    def planned(nodes: trial._Nodes, decision: Decision, local: float) -> None:
+    def planned(nodes: trial.TrialNodes, decision: Decision, local: float) -> None:
         if isinstance(decision, Cycle):
             plan = decision.plan
             if not all(np.isfinite(each).all() for each in (plan.times, plan.positions, plan.velocities)):
@@ -185,10 +185,10 @@ def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> 
         commanded(record, command, now)
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(trial._Nodes, "_take_scan", take)
-        patched.setattr(trial._Nodes, "planner", after_nonsense(trial._Nodes.planner))
-        patched.setattr(trial._Nodes, "controller", after_nonsense(trial._Nodes.controller))
-        patched.setattr(trial._Nodes, "_hear", planned)
+        patched.setattr(trial.TrialNodes, "_take_scan", take)
+        patched.setattr(trial.TrialNodes, "planner", after_nonsense(trial.TrialNodes.planner))
+        patched.setattr(trial.TrialNodes, "controller", after_nonsense(trial.TrialNodes.controller))
+        patched.setattr(trial.TrialNodes, "_hear", planned)
         patched.setattr(TrialRecord, "commanded", judged)
         trial.run_trial(load_world(world(seed)), SETTINGS, seed)
     if moved < DROVE:

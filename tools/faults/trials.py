@@ -63,21 +63,21 @@ def stuck(bench: object, seed: int) -> Measured:
     x = np.random.default_rng([13, seed]).uniform(1.0, 2.4)
     wall = {"polygons": [[[x, 0.0], [x + 0.1, 0.0], [x + 0.1, 1.6], [x, 1.6]]]}
     path: list[tuple[float, float, float]] = []
-    controller, hear = trial._Nodes.controller, trial._Nodes._hear
+    controller, hear = trial.TrialNodes.controller, trial.TrialNodes._hear
 
-    def tick(nodes: trial._Nodes) -> None:
+    def tick(nodes: trial.TrialNodes) -> None:
         controller(nodes)
         path.append((nodes.simulator.time, *nodes.simulator.state.position.tolist()))
 
-    def watch(nodes: trial._Nodes, decision: Decision, local: float) -> None:
+    def watch(nodes: trial.TrialNodes, decision: Decision, local: float) -> None:
         if isinstance(decision, Notice) and decision.text.startswith("stuck at"):
             raise Noticed
         hear(nodes, decision, local)
 
     settings = Settings().with_values({"planner.strategy": STRATEGY})
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(trial._Nodes, "controller", tick)
-        patched.setattr(trial._Nodes, "_hear", watch)
+        patched.setattr(trial.TrialNodes, "controller", tick)
+        patched.setattr(trial.TrialNodes, "_hear", watch)
         try:
             trial.run_trial(room({}), settings, seed, solid=room(wall))
         except Noticed:

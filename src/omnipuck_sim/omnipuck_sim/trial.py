@@ -74,7 +74,7 @@ CONTROLLER_PHASE = 0.025
 """The controller's ticks lie so much after the scans [s]."""
 
 
-class _Nodes:
+class TrialNodes:
     """The graph's nodes around one simulator, one method a node."""
 
     def __init__(
@@ -87,7 +87,7 @@ class _Nodes:
         self.loop = ClosedLoop(settings, self._hear, _deadline, first_memory(settings, world), both)
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
-        self._measured: deque[PoseSample] = deque()
+        self.measured: deque[PoseSample] = deque()
         self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed)
         self._instant = InstantLidar(world, settings.lidar, seed)
         self.loop.take_goal(goal, self.simulator.time)
@@ -104,12 +104,16 @@ class _Nodes:
                 self._take_scan(scan)
 
     def measure(self) -> None:
-        self._measured.append(self.simulator.measured_pose())
+        self.measured.append(self.simulator.measured_pose())
+
+    def filtered(self, sample: PoseSample) -> pose_filter.FilterResult:
+        now = self.simulator.time
+        result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
+        return result
 
     def mocap(self) -> None:
-        now = self.simulator.time
-        sample = self._measured.popleft()
-        result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
+        now, sample = self.simulator.time, self.measured.popleft()
+        result = self.filtered(sample)
         if result.refused:
             self.loop.refuse_pose(result.refused)
         if result.kidnapped:
@@ -192,6 +196,7 @@ def run_trial(
     goal: ArrayLike | None = None,
     solid: World | None = None,
     journal: str | Path | None = None,
+    nodes_class: type[TrialNodes] = TrialNodes,
 ) -> TrialResult:
     """Runs one trial from the world's start to the goal, the world's own by default.
 
@@ -199,6 +204,7 @@ def run_trial(
         world: the world, or what `load_world` takes.
         solid: world of the robot's contacts, where it differs from the one that the LIDAR sees.
         journal: file for the inputs and decisions of planner and controller; `replay` reads it.
+        nodes_class: the nodes, for studies in which one of them is another.
 
     Raises:
         WorldError: the world is unknown, has no start or no goal, or the start has no room for the robot.
@@ -216,12 +222,12 @@ def run_trial(
         raise WorldError(f"{world.called}: goal: missing, expected x, y")
     aim = finite("goal", goal, (2,), "expected x, y [m]")
     with trial_journals(journal, world, settings, seed) as journals:
-        nodes = _Nodes(world, settings, seed, aim, solid, journals)
+        nodes = nodes_class(world, settings, seed, aim, solid, journals)
         outcome = _run(nodes)
         return nodes.record.result(outcome, "" if outcome == REACHED else nodes.reason, nodes.newest_stamp)
 
 
-def _run(nodes: _Nodes) -> str:
+def _run(nodes: TrialNodes) -> str:
     """Runs to the end; returns the outcome."""
     settings, simulator, record = nodes.settings, nodes.simulator, nodes.record
     rate = settings.simulator.physics_rate
