@@ -13,6 +13,8 @@ from rooms import RADIUS, Room, write_world
 PROGRAM = Path(__file__).with_name("irsim_robot.py")
 WATCHDOG = 0.5
 """Its own, without commands [s]."""
+PERIOD = 0.02
+"""Of its odometry [s]."""
 LATE = 0.3
 """Of its fault of this name [s]."""
 PARAMETERS = {

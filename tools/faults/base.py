@@ -16,7 +16,7 @@ from faults.base_graph import ROBOT, BaseGraph
 from faults.fault import Act, Fault, Measured
 from faults.nodes import LOST, SILENCE, WATCHED
 from faults.stands import CREEP, WAIT, commanded_to_stand, no_motion_since
-from faults.streams import AT_REST, Motion, why_stalled
+from faults.streams import AT_REST, STALL, Motion, why_stalled
 
 BRAKING = ROBOT["max_speed"] / ROBOT["max_acceleration"] + LAGS * ROBOT["velocity_lag"]
 """From full speed, and until what its lag leaves has gone [s]."""
@@ -87,6 +87,16 @@ def held_for(words: str, hold: float) -> Callable[[BaseGraph, float], Measured]:
     return measure
 
 
+def why_stalled_since(graph: BaseGraph, begun: float) -> str:
+    """Whether base_node, mocap_node or the base itself stalled, in words: its wheels turn in real time."""
+    streams, now = graph.streams, graph.now()
+    lived = [row.sent for row in streams.truth if row.sent > begun]
+    lost = now - begun - foreign_robot.PERIOD * len(lived)
+    base = f"the base did not run for {lost:.2f} s" if lost > STALL else ""
+    sent = why_stalled("base_node", (row.sent for row in streams.commands), begun, now)
+    return base or sent or streams.why_mocap_stalled(begun, now)
+
+
 def deaf(graph: BaseGraph) -> float:
     graph.tell_base("deaf")
     graph.pause(graph.chance.uniform(0.1, 0.4))
@@ -107,9 +117,7 @@ def told_of(graph: BaseGraph, begun: float) -> Measured:
     speed = streams.motion_at(begun).speed
     if zero is None or told is None:
         return Measured(None, unbegun=streams.why_stood(begun), speed=speed)
-    stalled = why_stalled("base_node", (row.sent for row in streams.commands), begun, told)
-    stalled = stalled or streams.why_mocap_stalled(zero, told)
-    return Measured(told - zero, "", stalled, streams.why_stood(begun), speed)
+    return Measured(told - zero, "", why_stalled_since(graph, begun), streams.why_stood(begun), speed)
 
 
 def late_from_rest(graph: BaseGraph) -> float:
@@ -143,8 +151,7 @@ def late_stands(graph: BaseGraph, begun: float) -> Measured:
     changed = (row.sent for row in rows if math.hypot(row.x - rows[0].x, row.y - rows[0].y) > CHANGED)
     first = next(changed, begun) + foreign_robot.LATE
     zero = streams.stands_from(first)
-    stalled = why_stalled("base_node", (row.sent for row in rows), begun, zero or graph.now())
-    stalled = stalled or streams.why_mocap_stalled(first, zero or graph.now())
+    stalled = why_stalled_since(graph, begun)
     moved = [row for row in streams.truth if row.sent > first]
     fastest = max(row.speed for row in moved)
     return Measured(None if zero is None else zero - first, held, stalled, "", fastest, length(moved))
@@ -165,7 +172,8 @@ def reversed_way(graph: BaseGraph, begun: float) -> Measured:
     way, speed = length(back), max(row.speed for row in back)
     wrong = f"{way:.2f} m, limit {TURNED:g} m" if way > TURNED else ""
     wrong = wrong or ("it drives on" if rows[-1].speed > AT_REST else "") or why_not_held(graph)
-    return replace(measured, seconds=None, missed=measured.missed or wrong, speed=speed, distance=way)
+    stalled = why_stalled_since(graph, begun)
+    return replace(measured, seconds=None, missed=measured.missed or wrong, stalled=stalled, speed=speed, distance=way)
 
 
 def watchdog(graph: BaseGraph, begun: float) -> Measured:

@@ -19,8 +19,8 @@ from faults.streams import Streams
 from rooms import LIDAR_AT, Room
 
 HALL = Room((16.0, 3.2), (2.0, 1.6), ((14.0, 1.6),), ())
-TOPIC = "/cmd_vel"
-"""Of the base: what base_node sends, not what it is sent."""
+COMMANDED, SWITCH = "/cmd_vel", "/fault"
+"""Topics of the base: what base_node sends, and which fault it is to have."""
 ROBOT = foreign_robot.PARAMETERS["robot"]
 
 
@@ -39,7 +39,7 @@ class BaseGraph(LiveGraph):
         return Options(robot=robot, params=file, processes=True, **asked)
 
     def _streams(self) -> Streams:
-        return Streams(self.listener.node, commands=TOPIC, truth="/truth")
+        return Streams(self.listener.node, commands=COMMANDED, truth="/truth")
 
     def __enter__(self) -> "BaseGraph":
         if why := foreign_robot.missing():
@@ -49,7 +49,7 @@ class BaseGraph(LiveGraph):
         self.base: subprocess.Popen[bytes] | None = None
         self.start_base()
         super().__enter__()
-        self._faults = self.listener.node.create_publisher(String, "/fault", EVENT)
+        self._faults = self.listener.node.create_publisher(String, SWITCH, EVENT)
         return self
 
     def __exit__(self, *exception: object) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from faults import base, fuzz, goals, hands, held, line, nodes, order, poses, runs, stops, trials
-from faults.base_graph import TOPIC, BaseGraph
+from faults.base_graph import COMMANDED, BaseGraph
 from faults.bench import Bench
 from faults.fault import Fault
 from faults.live_graph import LiveGraph
@@ -26,7 +26,7 @@ FAULTS: list[Fault] = [
 BENCHES: dict[str, Callable[[], Any]] = {
     "simulator": lambda: LiveGraph("sim"),
     "serial": lambda: LiveGraph("emulator"),
-    base.BASE: lambda: BaseGraph(f"base:{TOPIC}"),
+    base.BASE: lambda: BaseGraph(f"base:{COMMANDED}"),
     "bringup": runs.RunEnds,
     "process": Bench,
     "trial": Bench,
