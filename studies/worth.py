@@ -21,8 +21,8 @@ from collplan_study.report.content import with_interval
 from worth_curve import expected, families_of, number_of, read_curve
 
 SHIPPED = Settings()
-MARGIN = 1.2
-"""Time that bounce saves where it touches nothing, as it keeps 2 cm from walls and avoid keeps 3 [%]."""
+MARGIN = 1.8
+"""Most that bounce saves where it touches nothing, as it keeps 2 cm from walls and avoid keeps 3 [%]."""
 
 
 def impulse_of(settings: Settings, speed: float) -> float:
