@@ -165,6 +165,9 @@ class Bringup:
     Most scripts need only `run()`; this class is for those that act during the run. Use it in a thread that lives as
     long as the graph: the nodes are killed when the thread that started them ends.
 
+    Attributes:
+        lidar_place: where a real LIDAR is on the robot, and how that is known, in words; empty where parameters say it.
+
     Raises:
         StartError: the request cannot be fulfilled; nothing was started.
         NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
@@ -173,9 +176,7 @@ class Bringup:
     def __init__(self, options: Options, progress: Progress | None = None) -> None:
         """Checks everything and makes the run folder."""
         self.progress = progress or Progress()
-        self.preparation, place = with_lidar_place(prepare(options))
-        if place:
-            self.progress.say(place)
+        self.preparation, self.lidar_place = with_lidar_place(prepare(options))
         self.folder = RunFolder(options.out, self.preparation.settings)
         self.graph = Graph(self.preparation, self.folder, self.progress)
         self._why = ""

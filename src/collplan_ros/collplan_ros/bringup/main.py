@@ -141,6 +141,8 @@ def _driven(bringup: Bringup, options: Options) -> tuple[str, int, str]:
     try:
         with bringup:
             say(_announcement(bringup.preparation))
+            if bringup.lidar_place:
+                say(bringup.lidar_place)
             wait_until_ready(graph)
             if options.view:
                 address = graph.recorder.status(VIEWER).message.partition(",")[0]
