@@ -29,8 +29,8 @@ def logged_trial(world: str, settings: Settings, seed: int) -> RunLog:
             super().planned(plan, planning_time)
             log.plans[plan.stamp] = plan.contacts
 
-        def moved(self, truth):
-            super().moved(truth)
+        def moved(self, truth, movers):
+            super().moved(truth, movers)
             log.truth.append(pose_row(truth))
 
     with pytest.MonkeyPatch.context() as patched:

@@ -8,14 +8,16 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
+from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Lidar
 from collplan_core.sensing.spinning_lidar import LD19, sweeps_of
 from collplan_core.state import State
-from collplan_core.worlds import load_world
+from collplan_core.worlds import Mover, load_world, save_world
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import state_to_odometry
-from collplan_ros.messages.qos import POSE_PUBLISHED, SENSOR_DATA
+from collplan_ros.messages.mover_markers import movers_to_markers
+from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, SENSOR_DATA
 from collplan_ros.messages.reading import scan_from_message
 from collplan_ros.nodes.lidar_node import LidarNode
 from node_health import NodeHealth
@@ -68,6 +70,24 @@ def test_no_scan_from_an_old_pose(ros):
     ros.spin(1.5)
     assert len(bench.scans) == 1
     assert bench.health.says("no pose on /mocap/odom", DiagnosticStatus.ERROR)
+
+
+def test_movers_are_scanned_where_the_simulator_says_they_are(ros, tmp_path):
+    floor, path = load_world("floor"), tmp_path / "moved.yaml"
+    world = replace(floor, movers=(Mover(0.15, np.array([[0.4, 0.4], [2.0, 0.4]]), 0.5),))
+    save_world(world, path)
+    bench = LidarBench(ros, {"lidar.world": str(path)})
+    movers = ros.publisher(MarkerArray, "ground_truth/movers", EVENT)
+    state = start_of("floor")
+    # at the pose's stamp it is between both places
+    for ahead, x in ((-0.1, 1.0), (0.1, 1.1)):
+        movers.publish(movers_to_markers(state.stamp + ahead, np.array([[x, 0.5, 0.15]]), "map"))
+    assert ros.wait_until(lambda: movers.get_subscription_count() == 1)
+    ros.spin(0.3)
+    bench.send(state)
+    assert ros.wait_until(lambda: bench.scans)
+    expected = simulate_scan(floor, state, Lidar(), np.array([[1.05, 0.5, 0.15]]))
+    np.testing.assert_allclose(scan_from_message(bench.scans[0], "base_link").ranges, expected.ranges, rtol=1e-6)
 
 
 def test_a_spinning_sensor_scans_from_where_the_robot_was_at_each_beam_after_its_latency(ros):

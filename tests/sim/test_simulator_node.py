@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,10 +14,14 @@ from geometry_msgs.msg import PoseStamped, Twist, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from serial_robot import HALL
+from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.worlds import WorldError
+from collplan_core.worlds import Mover, WorldError, load_world, save_world
+from collplan_core.worlds.movers import place_at
+from collplan_ros.messages.mover_markers import movers_from_markers, movers_to_markers
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, EVERY_ONE, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.messages.reading import MessageError
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 EXECUTABLE = [sys.executable, "-c", "import sys; from omnipuck_sim.node.simulator_node import main; sys.exit(main())"]
@@ -106,6 +111,23 @@ def test_granted_time_passes_to_the_next_pose_that_is_measured_or_sent(bench):
     b.until(lambda: len(b.heard["mocap/pose"]) > 3)
     times = [seconds(clock.clock) for clock in b.heard["/clock"][-6:]]
     assert np.diff(times) == pytest.approx(np.full(5, 0.005), abs=1e-4)
+
+
+def test_movers_are_published_with_the_stamps_of_the_truth(ros, tmp_path):
+    path = tmp_path / "moved.yaml"
+    mover = Mover(0.15, np.array([[0.4, 0.4], [2.0, 0.4]]), 0.5, delay=0.1)
+    save_world(replace(load_world("floor"), movers=(mover,)), path)
+    heard = ros.listen(MarkerArray, "ground_truth/movers", EVENT)
+    b = Bench(ros, str(path), **{"simulator.speed_factor": 0.5})
+    b.until(lambda: len(heard) > 30)
+    stamps = {seconds(odometry.header.stamp) for odometry in b.odometry}
+    for message in heard:
+        stamp, discs = movers_from_markers(message, "map")
+        np.testing.assert_allclose(discs, [[*place_at(mover, stamp), 0.15]], atol=1e-6)
+    assert len(stamps & {seconds(message.markers[0].header.stamp) for message in heard}) > 20
+    for bad in (MarkerArray(), movers_to_markers(1.0, np.array([[0.0, np.nan, 0.1]]), "map")):
+        with pytest.raises(MessageError, match="markers: "):
+            movers_from_markers(bad, "map")
 
 
 def test_what_it_cannot_simulate_is_an_error(ros, tmp_path):

@@ -10,6 +10,7 @@ from collplan_core.parameters import ParameterError, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
+from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.state import State
 from collplan_core.velocity_bounds import velocity_bounds
 from collplan_core.worlds import World
@@ -53,7 +54,8 @@ class MeasuredRobot:
             raise ParameterError(f"simulator.mocap_latency: got {settings.simulator.mocap_latency}, expected 0")
         self._settings = settings
         self._simulator = Simulator(world, settings, seed)
-        self._lidar = InstantLidar(world, settings.lidar, seed)
+        self._movers = MoverHistory()
+        self._lidar = InstantLidar(world, settings.lidar, seed, self._movers)
         self._filter = pose_filter.FRESH
         self._newest = self._simulator.state
         self._period = round(settings.simulator.physics_rate / settings.controller.rate)
@@ -79,6 +81,7 @@ class MeasuredRobot:
         for _ in range(0, self._period, self._between_poses):
             self._simulator.step(self._between_poses)
             sample = self._simulator.measured_pose()
+            self._movers.add(sample.stamp, self._simulator.movers[:, [0, 1, 4]])
             result, self._filter = pose_filter.filter_pose(self._filter, sample, sample.stamp, self._settings)
             if result.state is not None:
                 states.append(result.state)

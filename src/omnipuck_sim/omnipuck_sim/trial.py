@@ -21,6 +21,7 @@ from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
+from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
 from collplan_core.state import State
@@ -88,20 +89,28 @@ class TrialNodes:
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
         self.measured: deque[PoseSample] = deque()
-        self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed)
-        self._instant = InstantLidar(world, settings.lidar, seed)
+        self._movers = MoverHistory()
+        self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed, self._movers)
+        self._instant = InstantLidar(world, settings.lidar, seed, self._movers)
+        self._watch_movers()
         self.loop.take_goal(goal, self.simulator.time)
 
     def step(self, steps: int) -> None:
         """Advances time, and with it the sweep of a sensor that has one, from the robot's true pose."""
         if self._sweeps is None:
             self.simulator.step(steps)
+            self._watch_movers()
             return
         for _ in range(steps):
             self.simulator.step()
+            self._watch_movers()
             scan = self._sweeps.take_pose(self.simulator.state)
             if scan is not None:
                 self._take_scan(scan)
+
+    def _watch_movers(self) -> None:
+        if self.simulator.movers.size:
+            self._movers.add(self.simulator.time, self.simulator.movers[:, [0, 1, 4]])
 
     def measure(self) -> None:
         self.measured.append(self.simulator.measured_pose())
@@ -244,7 +253,7 @@ def _run(nodes: TrialNodes) -> str:
         if mocap.due(step):
             nodes.mocap()
         if measures:
-            record.moved(simulator.state)
+            record.moved(simulator.state, simulator.movers)
             outcome = nodes.outcome()
             if outcome:
                 return outcome
@@ -257,4 +266,5 @@ def _run(nodes: TrialNodes) -> str:
         wake = min(timer.next for timer in timers)
         nodes.step(wake - step)
         record.impacts += simulator.take_impacts()
+        record.touches += simulator.take_touches()
         step = wake

@@ -12,6 +12,7 @@ from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
+from omnipuck_sim.robot.walks import Touch
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,8 @@ class TrialResult:
         commands: (c, 4) simulated time [s], velocity [m/s, body frame] and yaw rate [rad/s] of every command.
         trajectory: (m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command.
         plans: the reference positions (n, 2) of every plan.
+        movers: (m, k, 5) x, y [m], vx, vy [m/s], radius [m] of each mover, at the times of the trajectory.
+        touches: touches of movers, their times as in the trajectory.
     """
 
     world: str
@@ -53,6 +56,8 @@ class TrialResult:
     commands: np.ndarray
     trajectory: np.ndarray
     plans: tuple[np.ndarray, ...]
+    movers: np.ndarray
+    touches: tuple[Touch, ...]
 
     @property
     def reached(self) -> bool:
@@ -70,12 +75,14 @@ class TrialRecord:
     """Record of a trial so far.
 
     Attributes:
-        impacts: the simulator's impacts. May be added to.
+        impacts, touches: the simulator's impacts, and touches of movers. May be added to.
     """
 
     def __init__(self, world: str, settings: Settings, seed: int) -> None:
         """Starts empty."""
         self.impacts: list[Impact] = []
+        self.touches: list[Touch] = []
+        self._movers: list[np.ndarray] = []
         self._world, self._settings, self._seed = world, settings, seed
         self._begun: float | None = None
         self._rows: list[tuple[float, ...]] = []
@@ -96,11 +103,12 @@ class TrialRecord:
         if self._begun is None and command.velocity.any():
             self._begun = now
 
-    def moved(self, truth: State) -> None:
-        """Takes the robot's true state."""
+    def moved(self, truth: State, movers: np.ndarray) -> None:
+        """Takes the true state of the robot, and of the movers (k, 5)."""
         if self._begun is not None:
             row = (truth.stamp - self._begun, *truth.position.tolist(), *truth.velocity.tolist())
             self._rows.append(row)
+            self._movers.append(movers)
 
     def result(self, outcome: str, reason: str, arrived: float) -> TrialResult:
         """The record of the whole run, why it ended so, and the stamp of the pose with which it ended [s]."""
@@ -127,4 +135,6 @@ class TrialRecord:
             commands=np.array(self._commands).reshape(-1, 4),
             trajectory=trajectory,
             plans=tuple(plan.positions for plan in self._plans),
+            movers=np.array(self._movers) if self._movers else np.zeros((0, 0, 5)),
+            touches=tuple(touch._replace(time=touch.time - (self._begun or 0.0)) for touch in self.touches),
         )

@@ -12,6 +12,7 @@ import numpy as np
 from collplan_core.parameters import Lidar
 from collplan_core.scan import Scan
 from collplan_core.sensing.lidar_mount import poses_of_sensor
+from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
 from collplan_core.worlds import World, load_world
@@ -88,7 +89,13 @@ SPINNING_SENSORS = {"low_cost": LD19}
 
 
 def swept_scan(
-    world: World, poses: np.ndarray, stamp: float, sensor: SpinningSensor, lidar: Lidar, random: np.random.Generator
+    world: World,
+    poses: np.ndarray,
+    stamp: float,
+    sensor: SpinningSensor,
+    lidar: Lidar,
+    random: np.random.Generator,
+    discs: np.ndarray | None = None,
 ) -> Scan:
     """The scan of one sweep.
 
@@ -99,23 +106,29 @@ def swept_scan(
         sensor: the scanning sensor.
         lidar: its true mounting pose on the robot, and the direction of its first beam.
         random: two draws a beam are taken from it, whatever the beam meets.
+        discs: (n_beams, k, 3) x, y, radius [m] of the movers at the instant of each beam.
     """
     increment = tau / sensor.n_beams
     places = poses_of_sensor(poses, lidar.offset)
     turned = -increment if lidar.mirrored else increment
     angle_min = -lidar.angle_min if lidar.mirrored else lidar.angle_min
     angles = places[:, 2] + angle_min + turned * np.arange(sensor.n_beams)
-    ranges = noisy(blended(world, places[:, :2], angles, sensor), sensor, random)
+    ranges = noisy(blended(world, places[:, :2], angles, sensor, discs), sensor, random)
     return Scan(stamp, lidar.angle_min, increment, sensor.range_min, sensor.range_max, ranges, sensor.time_increment)
 
 
-def blended(world: World, origins: np.ndarray, angles: np.ndarray, sensor: SpinningSensor) -> np.ndarray:
+def blended(
+    world: World, origins: np.ndarray, angles: np.ndarray, sensor: SpinningSensor, discs: np.ndarray | None = None
+) -> np.ndarray:
     """(n,) mean range over the width of each beam [m], of the part that meets a surface within range_max.
 
-    +Inf where no part does, -Inf from inside an obstacle. Takes origins (n, 2) [m] and angles (n,) [rad], world frame.
+    +Inf where no part does, -Inf from inside an obstacle. Takes origins (n, 2) [m] and angles (n,) [rad], world frame,
+    and the movers' discs of each beam as `cast_beams` does.
     """
     each = (angles[:, np.newaxis] + sensor.divergence * FOOTPRINT).ravel()
-    ranges = cast_beams(world, np.repeat(origins, len(FOOTPRINT), axis=0), each).reshape(len(angles), len(FOOTPRINT))
+    moved = None if discs is None else np.repeat(discs, len(FOOTPRINT), axis=0)
+    ranges = cast_beams(world, np.repeat(origins, len(FOOTPRINT), axis=0), each, moved)
+    ranges = ranges.reshape(len(angles), len(FOOTPRINT))
     met = ranges <= sensor.range_max
     count = met.sum(axis=1)
     return np.where(count > 0, np.where(met, ranges, 0.0).sum(axis=1) / np.maximum(count, 1), np.inf)
@@ -136,12 +149,15 @@ class Sweeps:
     begins anew.
     """
 
-    def __init__(self, world: World, sensor: SpinningSensor, lidar: Lidar, seed: int) -> None:
-        """Equal poses and seeds give equal scans; `lidar` has the sensor's true mounting pose on the robot."""
+    def __init__(
+        self, world: World, sensor: SpinningSensor, lidar: Lidar, seed: int, movers: MoverHistory | None = None
+    ) -> None:
+        """Equal poses, movers and seeds give equal scans; `lidar` has the sensor's true mounting pose on the robot."""
         self._world = world
         self._sensor = sensor
         self._lidar = lidar
         self._random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM,)))
+        self._movers = movers or MoverHistory()
         self._poses = PoseHistory(3.0 * sensor.sweep_time)
         self._newest = self._begun = float("nan")
 
@@ -158,14 +174,17 @@ class Sweeps:
         if state.stamp < self._begun + sensor.sweep_time + sensor.latency - 5e-7:
             return None
         begun, self._begun = self._begun, self._begun + sensor.sweep_time
-        poses = self._poses.at_each(sensor.beam_times(begun))
-        return None if poses is None else swept_scan(self._world, poses, begun, sensor, self._lidar, self._random)
+        times = sensor.beam_times(begun)
+        poses, discs = self._poses.at_each(times), self._movers.at_each(times)
+        if poses is None:
+            return None
+        return swept_scan(self._world, poses, begun, sensor, self._lidar, self._random, discs)
 
 
-def sweeps_of(world: World, lidar: Lidar, seed: int) -> Sweeps | None:
+def sweeps_of(world: World, lidar: Lidar, seed: int, movers: MoverHistory | None = None) -> Sweeps | None:
     """The sweeps of the sensor that `lidar.sensor` names; None for ideal, whose beams are all of one instant."""
     sensor = SPINNING_SENSORS.get(lidar.sensor)
-    return None if sensor is None else Sweeps(world, sensor, lidar, seed)
+    return None if sensor is None else Sweeps(world, sensor, lidar, seed, movers)
 
 
 def warm_up() -> None:

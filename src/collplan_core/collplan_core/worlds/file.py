@@ -1,4 +1,4 @@
-"""World files: YAML with bounds, obstacles, start and goal.
+"""World files: YAML with bounds, obstacles, movers, start and goal.
 
 All lengths are in metres, in the world frame:
 
@@ -9,6 +9,8 @@ All lengths are in metres, in the world frame:
       - [[0.5, 0.0], [0.8, 0.0], [0.8, 1.0], [0.5, 1.0]]
     circles:                 # optional
       - {center: [1.5, 1.2], radius: 0.2}
+    movers:                  # optional: discs that walk
+      - {radius: 0.12, way: [[1.0, 0.3], [1.0, 2.0]], speed: 0.5}  # [m/s]; see `movers.Mover` for the optional keys
     start: [0.2, 0.2]        # optional
     goal: [2.2, 2.2]         # optional
 
@@ -16,17 +18,20 @@ A file with the key `image` is a map instead: see `occupancy_map`.
 """
 
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from collplan_core.worlds.keys import check_keys, numbers
+from collplan_core.worlds.movers import WAY_FORM, Mover
 from collplan_core.worlds.occupancy_map import as_world_file, in_words_of_map
 from collplan_core.worlds.shapes import BOUNDS_FORM, MOST_OBSTACLES, POLYGON_FORM, World, WorldError
 from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
 
-KEYS = ("name", "bounds", "walled", "polygons", "circles", "start", "goal")
+KEYS = ("name", "bounds", "walled", "polygons", "circles", "movers", "start", "goal")
+MOVER_KEYS = tuple(field.name for field in fields(Mover))
 CIRCLE_FORM = "expected {center: [x, y], radius: r} [m]"
 POINT_FORM = "expected [x, y] [m]"
 
@@ -85,6 +90,7 @@ def parse_world(mapping: Mapping[str, Any], source: str, folder: Path = Path()) 
             start=_point(mapping, "start"),
             goal=_point(mapping, "goal"),
             source=source,
+            movers=tuple(_mover(f"movers[{i}]", m) for i, m in enumerate(_entries(mapping, "movers"))),
         )
     except WorldError as error:
         said = in_words_of_map(str(error)) if is_map else str(error)
@@ -112,9 +118,15 @@ def world_text(world: World) -> str:
         "polygons": [corners.tolist() for corners in world.polygons],
         "circles": [{"center": [x, y], "radius": r} for x, y, r in world.circles.tolist()],
     }
+    if world.movers:
+        mapping["movers"] = [{key: _plain(getattr(mover, key)) for key in MOVER_KEYS} for mover in world.movers]
     ends = {"start": world.start, "goal": world.goal}
     mapping |= {key: point.tolist() for key, point in ends.items() if point is not None}
     return dump_yaml(mapping, flow=None)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _entries(mapping: Mapping[str, Any], key: str) -> list[Any]:
@@ -140,6 +152,19 @@ def _circle(key: str, value: Any) -> list[float]:
         raise WorldError(f"{key}: got {value!r:.80}, {CIRCLE_FORM}")
     center = numbers(f"{key}.center", value["center"], 2, POINT_FORM)
     return [*center, *numbers(f"{key}.radius", [value["radius"]], 1, "expected a number above 0 [m]")]
+
+
+def _mover(key: str, value: Any) -> Mover:
+    if not isinstance(value, Mapping):
+        raise WorldError(f"{key}: got {value!r:.80}, expected a mapping with the keys {', '.join(MOVER_KEYS)}")
+    try:
+        check_keys(value, MOVER_KEYS, required=("radius", "way", "speed"))
+        if not isinstance(value["way"], list):
+            raise WorldError(f"way: got {value['way']!r:.80}, {WAY_FORM}")
+        way = [numbers(f"way[{i}]", point, 2, POINT_FORM) for i, point in enumerate(value["way"])]
+        return Mover(**{**value, "way": np.array(way).reshape(-1, 2)})
+    except ValueError as error:
+        raise WorldError(f"{key}.{error}") from None
 
 
 def _point(mapping: Mapping[str, Any], key: str) -> np.ndarray | None:

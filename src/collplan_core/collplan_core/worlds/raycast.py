@@ -16,6 +16,7 @@ from collplan_core.worlds import World, world_segments
 # a beam this close to a corner still meets both of its edges, so that none slips through between them
 ANGLE_TOLERANCE = 1e-9
 EDGE_TOLERANCE = 1e-12
+NO_DISCS = np.zeros((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +44,10 @@ def ray_scene(world: World) -> RayScene:
     return RayScene(world_segments(world), np.cumsum(corners), np.array(world.circles), np.array(bounds))
 
 
-def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
+def simulate_scan(world: World, state: State, lidar: Lidar, discs: np.ndarray = NO_DISCS) -> Scan:
     """Returns the scan of a world by a LIDAR mounted on the robot as in `lidar`; stamped as the state.
+
+    `discs` (k, 3) x, y, radius [m] are movers, at their places then.
 
     A LIDAR on or inside an obstacle, or beyond the walls, is nearer than `range_min` in every direction.
 
@@ -60,29 +63,32 @@ def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(first)):
         raise ValueError(f"pose: got position [{x}, {y}], first beam at {first} rad, expected finite numbers")
     scene = ray_scene(world)
-    if _blocked(x, y, scene.segments, scene.polygon_starts, scene.circles, scene.bounds):
+    circles = np.vstack([scene.circles, discs]) if len(discs) else scene.circles
+    if _blocked(x, y, scene.segments, scene.polygon_starts, circles, scene.bounds):
         ranges = np.full(lidar.n_beams, -np.inf)
     else:
-        ranges = _nearest(x, y, scene.segments, scene.circles, float(first), increment, lidar.n_beams)
+        ranges = _nearest(x, y, scene.segments, circles, float(first), increment, lidar.n_beams)
         _apply_limits(ranges, lidar.range_min, lidar.range_max)
     ranges = ranges[::-1] if lidar.mirrored else ranges
     return Scan(state.stamp, lidar.angle_min, increment, lidar.range_min, lidar.range_max, ranges)
 
 
-def cast_beams(world: World, origins: np.ndarray, angles: np.ndarray) -> np.ndarray:
+def cast_beams(world: World, origins: np.ndarray, angles: np.ndarray, discs: np.ndarray | None = None) -> np.ndarray:
     """Distance to the nearest surface along beams that begin where each likes, in the world frame.
 
     Args:
         world: the solid surroundings.
         origins: (n, 2) where each beam begins [m].
         angles: (n,) its direction [rad].
+        discs: (n, k, 3) x, y, radius [m] of the movers at the instant of each beam.
 
     Returns:
         (n,) [m]; +Inf without a surface, -Inf where the beam begins on or in an obstacle, or beyond the walls.
     """
     scene = ray_scene(world)
     points, directions = np.ascontiguousarray(origins, dtype=float), np.ascontiguousarray(angles, dtype=float)
-    return _along_each(points, directions, scene.segments, scene.polygon_starts, scene.circles, scene.bounds)
+    moved = np.zeros((len(angles), 0, 3)) if discs is None else np.ascontiguousarray(discs, dtype=float)
+    return _along_each(points, directions, scene.segments, scene.polygon_starts, scene.circles, scene.bounds, moved)
 
 
 def beam_increment(lidar: Lidar) -> float:
@@ -92,15 +98,22 @@ def beam_increment(lidar: Lidar) -> float:
 
 
 @njit
+def _in_circle(x: float, y: float, circles: np.ndarray) -> bool:
+    inside = False
+    for c in range(len(circles)):
+        inside = inside or math.hypot(circles[c, 0] - x, circles[c, 1] - y) <= circles[c, 2]
+    return inside
+
+
+@njit
 def _blocked(
     x: float, y: float, segments: np.ndarray, polygon_starts: np.ndarray, circles: np.ndarray, bounds: np.ndarray
 ) -> bool:
     """Returns whether the point is on or in an obstacle, or on or beyond a wall."""
     if x <= bounds[0] or y <= bounds[1] or x >= bounds[2] or y >= bounds[3]:
         return True
-    for c in range(len(circles)):
-        if math.hypot(circles[c, 0] - x, circles[c, 1] - y) <= circles[c, 2]:
-            return True
+    if _in_circle(x, y, circles):
+        return True
     for p in range(len(polygon_starts) - 1):
         inside = True
         for s in range(polygon_starts[p], polygon_starts[p + 1]):
@@ -138,14 +151,17 @@ def _along_each(
     polygon_starts: np.ndarray,
     circles: np.ndarray,
     bounds: np.ndarray,
+    discs: np.ndarray,
 ) -> np.ndarray:
     ranges = np.empty(len(angles))
     for k in range(len(angles)):
         x, y = origins[k, 0], origins[k, 1]
-        if _blocked(x, y, segments, polygon_starts, circles, bounds):
+        if _blocked(x, y, segments, polygon_starts, circles, bounds) or _in_circle(x, y, discs[k]):
             ranges[k] = -np.inf
         else:
-            ranges[k] = _along(x, y, math.cos(angles[k]), math.sin(angles[k]), segments, circles)
+            beam_x, beam_y = math.cos(angles[k]), math.sin(angles[k])
+            ranges[k] = _along(x, y, beam_x, beam_y, segments, circles)
+            ranges[k] = min(ranges[k], _to_circle(x, y, beam_x, beam_y, discs[k]))
     return ranges
 
 
@@ -164,6 +180,12 @@ def _along(x: float, y: float, beam_x: float, beam_y: float, segments: np.ndarra
             distance = (x0 + share * edge_x) * beam_x + (y0 + share * edge_y) * beam_y
             if distance >= 0.0:
                 nearest = min(nearest, distance)
+    return min(nearest, _to_circle(x, y, beam_x, beam_y, circles))
+
+
+@njit
+def _to_circle(x: float, y: float, beam_x: float, beam_y: float, circles: np.ndarray) -> float:
+    nearest = np.inf
     for c in range(len(circles)):
         centre_x, centre_y, radius = circles[c, 0] - x, circles[c, 1] - y, circles[c, 2]
         miss, ahead = centre_x * beam_y - centre_y * beam_x, centre_x * beam_x + centre_y * beam_y

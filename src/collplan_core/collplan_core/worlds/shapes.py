@@ -1,4 +1,4 @@
-"""World: convex polygons, circles, the arena's bounds and what surrounds them, and the start and end of a run."""
+"""World: convex polygons, circles, movers, the arena's bounds, what surrounds them, and the ends of a run."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from collplan_core.validation import finite
+from collplan_core.worlds.movers import Mover
 
 POLYGON_FORM = "expected at least 3 corners [x, y] [m] of a convex polygon, in order"
 MOST_OBSTACLES = 10_000
@@ -31,11 +32,12 @@ class World:
         walled: the bounds are solid walls; otherwise beams and robot can leave the arena.
         start, goal: (2,) [m], or None.
         source: path of the file that it was read from, else empty.
+        movers: what walks through it.
 
     Raises:
         WorldError: at construction, when a shape is degenerate or not convex, a number is not finite, there are more
-            than MOST_OBSTACLES, or start or goal lie outside the bounds or in an obstacle. A robot needs more room than
-            a point: see `check_route`.
+            than MOST_OBSTACLES, or start, goal or a mover's way point lie outside the bounds or in an obstacle. A robot
+            needs more room than a point: see `check_route`.
     """
 
     name: str
@@ -46,6 +48,7 @@ class World:
     start: np.ndarray | None = None
     goal: np.ndarray | None = None
     source: str = ""
+    movers: tuple[Mover, ...] = ()
 
     def __repr__(self) -> str:
         """Summary in a line: name and number of obstacles."""
@@ -67,6 +70,9 @@ class World:
         for key in ("start", "goal"):
             if getattr(self, key) is not None:
                 object.__setattr__(self, key, self._checked_point(key, getattr(self, key)))
+        for i, mover in enumerate(self.movers):
+            for j, point in enumerate(mover.way):
+                self._checked_point(f"movers[{i}].way[{j}]", point)
 
     def _checked_point(self, key: str, value: Any) -> np.ndarray:
         point = _finite(key, value, (2,), "expected [x, y] [m]")

@@ -5,17 +5,20 @@ from typing import Any
 import numpy as np
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
+from visualization_msgs.msg import MarkerArray
 
 from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Lidar, Limits
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar
 from collplan_core.sensing.instant_lidar import InstantLidar
+from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import scan_to_message
-from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_PUBLISHED
+from collplan_ros.messages.mover_markers import movers_from_markers
+from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import described_age
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
@@ -29,7 +32,7 @@ LIVE = ("limits.pose_age",)
 
 
 class LidarNode(GraphNode):
-    """Subscribes mocap/odom; publishes scan.
+    """Subscribes mocap/odom and, where movers walk through the world, ground_truth/movers; publishes scan.
 
     The ideal sensor casts at lidar.rate from the newest pose, if fresh, and stamps the scan with it. Of a spinning one
     each beam is cast from between two poses, and the scan comes with the pose that shows that its latency is over.
@@ -47,9 +50,12 @@ class LidarNode(GraphNode):
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_PUBLISHED)
         self._inputs = Inputs(self)
         self._inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
+        if self._world.movers:
+            self._inputs.listen(MarkerArray, "ground_truth/movers", self._take_movers, EVENT, kind="movers")
         lidar = self._settings.lidar
-        self._sweeps = sweeps_of(self._world, lidar, lidar.seed)
-        self._instant = InstantLidar(self._world, lidar, lidar.seed)
+        self._movers = MoverHistory()
+        self._sweeps = sweeps_of(self._world, lidar, lidar.seed, self._movers)
+        self._instant = InstantLidar(self._world, lidar, lidar.seed, self._movers)
         if self._sweeps is None:
             call_each_period(self, 1.0 / lidar.rate, self._scan, self._local_clock)
         self._warm_up()
@@ -73,6 +79,9 @@ class LidarNode(GraphNode):
         scan = None if self._sweeps is None else self._sweeps.take_pose(self._state)
         if scan is not None:
             self._publish(scan)
+
+    def _take_movers(self, message: MarkerArray) -> None:
+        self._movers.add(*movers_from_markers(message, self._settings.frames.map))
 
     def _scan(self) -> None:
         state = self._state

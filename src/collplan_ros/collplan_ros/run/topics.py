@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy, LaserScan, PointCloud2
 from std_msgs.msg import Empty, Float64, String
+from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
@@ -40,6 +41,7 @@ RELIABLE: dict[str, type] = {
     "ground_truth/odom": Odometry,
     "ground_truth/impact": Vector3Stamped,
     "ground_truth/impact/contact": PointCloud2,
+    "ground_truth/movers": MarkerArray,
     "/parameter_events": ParameterEvent,
 }
 LATCHED: dict[str, type] = {

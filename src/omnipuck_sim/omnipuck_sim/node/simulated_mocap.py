@@ -11,12 +11,14 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
 
 from collplan_core.clock_steps import ClockOffset
 from collplan_core.impact import Impact
 from collplan_core.parameters import ParameterError, Settings, Simulation
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
+from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds, steady_clock
@@ -73,6 +75,7 @@ class SimulatedMocap:
         self._odometry_publisher = node.create_publisher(Odometry, "ground_truth/odom", EVENT)
         self._impact_publisher = node.create_publisher(Vector3Stamped, "ground_truth/impact", EVENT)
         self._contact_publisher = node.create_publisher(PointCloud2, "ground_truth/impact/contact", EVENT)
+        self._mover_publisher = node.create_publisher(MarkerArray, "ground_truth/movers", EVENT)
         self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
     def start(self, advance: Callable[[], object]) -> None:
@@ -166,6 +169,9 @@ class SimulatedMocap:
         measured = faulty(replace(self.simulator.measured_pose(), stamp=stamp), self._fault)
         send_at = self.simulator.time + self._settings.simulator.mocap_latency + added_latency(self._fault)
         self._unsent.append((send_at, pose_to_message(measured, frames.map)))
+        movers = self.simulator.movers
+        if len(movers):
+            self._mover_publisher.publish(movers_to_markers(stamp, movers[:, [0, 1, 4]], frames.map))
         truth = replace(self.simulator.state, stamp=stamp)
         self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base, self.simulator.spin))
 

@@ -11,16 +11,19 @@ import pymunk
 from collplan_core.impact import Impact
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
-from omnipuck_sim.robot.drive import VX, VY, Aim, drive_law, flown, outline_of, push
+from omnipuck_sim.robot.drive import VX, VY, Aim, X, Y, drive_law, flown, outline_of, push
 from omnipuck_sim.robot.hit_law import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
+from omnipuck_sim.robot.walks import NO_MOVERS
 from omnipuck_sim.robot.walls import Edge, Pole, outlines
 
 SLOP = 1e-4
 """Overlap that the solver leaves between body and wall [m]; pymunk's own is 0.1 m."""
 SAME_CONTACT = 0.05
 """Impacts on one surface within this time count once [s]."""
+BESIDE = 0.02
+"""Distance of a mover below which steps are pymunk's [m]."""
 BODY, WALL = 1, 2
 
 
@@ -34,8 +37,15 @@ class Disc:
         motion: (8,) of the drive; may be set.
     """
 
-    def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
-        """`random` draws the spread of each hit and of each wall."""
+    def __init__(
+        self,
+        world: World,
+        robot: Robot,
+        simulation: Simulation,
+        random: np.random.Generator,
+        movers: np.ndarray = NO_MOVERS,
+    ) -> None:
+        """`random` draws the spread of each hit and of each wall; movers as in `make_engine`."""
         self._simulation = simulation
         self._radius = robot.radius
         self._drive = drive_law(robot, simulation)
@@ -48,9 +58,11 @@ class Disc:
         pieces = list(outlines(world))
         self._constants = tuple(self._drive), outline_of(pieces, robot.radius)
         self._surface_of = self._add_walls(pieces)
+        self._movers = movers
+        self._walkers = self._add_movers()
         self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
-        self._begun: list[tuple[int, Vector, Vector, Vector]] = []
+        self._begun: list[tuple[int, Vector, Vector, Vector, Vector]] = []
         self._impacts: list[Impact] = []
         self._space.on_collision(BODY, WALL, begin=self._begin, pre_solve=self._choose_hit)
         # compiled before time passes
@@ -66,7 +78,7 @@ class Disc:
     def advance(self, step: int, most: int, aim: Aim) -> int:
         """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
         # pymunk forgets a touch, whose impulses count for the next one's friction, some steps after it
-        made = 0 if self._touched else self._fly(most, aim)
+        made = 0 if self._touched or self._is_beside_mover() else self._fly(most, aim)
         if made:
             self._moved = True
             return made
@@ -78,6 +90,8 @@ class Disc:
         force_x, force_y, body.torque = push(self._drive, self.motion, aim)
         body.force = force_x, force_y
         self._touched = max(self._touched - 1, 0)
+        for walker, (x, y, vx, vy, _) in zip(self._walkers, self._movers.tolist(), strict=True):
+            walker.position, walker.velocity = (x, y), (vx, vy)
         self._space.step(1.0 / self._drive.rate)
         self.motion[:6] = *body.position, *body.velocity, body.angle, body.angular_velocity
         if self._begun:
@@ -110,25 +124,45 @@ class Disc:
             surface_of[shape] = piece.surface
         return surface_of
 
+    def _add_movers(self) -> list[pymunk.Body]:
+        """A body that nothing pushes for each mover; each is a surface of its own."""
+        walkers = []
+        for *_, radius in self._movers.tolist():
+            walker = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+            shape = pymunk.Circle(walker, radius)
+            shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
+            self._space.add(walker, shape)
+            self._surface_of[shape] = 1 + max(self._surface_of.values(), default=-1)
+            walkers.append(walker)
+        return walkers
+
+    def _is_beside_mover(self) -> bool:
+        return any(
+            (x - self.motion[X]) ** 2 + (y - self.motion[Y]) ** 2 < (self._radius + radius + BESIDE) ** 2
+            for x, y, _, _, radius in self._movers.tolist()
+        )
+
     def _begin(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         normal = arbiter.contact_point_set.normal
         point = arbiter.contact_point_set.points[0].point_b
-        velocity = self._body.velocity
-        surface = self._surface_of[arbiter.shapes[1]]
-        self._begun.append((surface, (point.x, point.y), (-normal.x, -normal.y), (velocity.x, velocity.y)))
+        velocity, other = self._body.velocity, arbiter.shapes[1]
+        relative = velocity - other.body.velocity
+        of_contact = (point.x, point.y), (-normal.x, -normal.y), (velocity.x, velocity.y), (relative.x, relative.y)
+        self._begun.append((self._surface_of[other], *of_contact))
 
     def _choose_hit(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         self._touched = self._space.collision_persistence
         if not arbiter.is_first_contact:
             return
-        into = self._body.velocity.dot(arbiter.contact_point_set.normal)
-        surface = self._surface_of[arbiter.shapes[1]]
+        other = arbiter.shapes[1]
+        into = (self._body.velocity - other.body.velocity).dot(arbiter.contact_point_set.normal)
+        surface = self._surface_of[other]
         arbiter.restitution, arbiter.friction = self._law.of(surface, into, self._law.drawn())
 
     def _record(self, time: float) -> None:
         after = self.motion[[VX, VY]]
-        for surface, point, normal, before in self._begun:
-            into = -(before[0] * normal[0] + before[1] * normal[1])
+        for surface, point, normal, before, relative in self._begun:
+            into = -(relative[0] * normal[0] + relative[1] * normal[1])
             if into <= IMPACT_SPEED or time - self._last_impact.get(surface, -np.inf) <= SAME_CONTACT:
                 continue
             self._last_impact[surface] = time

@@ -12,6 +12,7 @@ from collplan_core.worlds import World
 from omnipuck_sim.robot.disc import Disc
 from omnipuck_sim.robot.drive import Aim
 from omnipuck_sim.robot.vector import Vector
+from omnipuck_sim.robot.walks import NO_MOVERS
 
 MUJOCO = "mujoco"
 
@@ -35,23 +36,26 @@ class Engine(Protocol):
         """The impacts since the last call, in order."""
 
 
-def make_engine(world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> Engine:
+def make_engine(
+    world: World, robot: Robot, simulation: Simulation, random: np.random.Generator, movers: np.ndarray = NO_MOVERS
+) -> Engine:
     """The disc of a robot in a world, by the engine that simulator.engine names.
 
     Args:
         world, robot, simulation: world and parameters that are simulated.
         random: draws the spread of each hit and of each wall.
+        movers: (k, 5) the `discs` of `Walks`, which it changes between steps; with any, each step is made on its own.
 
     Raises:
         ParameterError: the engine is not installed.
     """
     check_installed(simulation)
     if simulation.engine != MUJOCO:
-        return Disc(world, robot, simulation, random)
+        return Disc(world, robot, simulation, random, movers)
     # an extra, which takes long to import
     from omnipuck_sim.robot.mujoco_disc import MujocoDisc
 
-    return MujocoDisc(world, robot, simulation, random)
+    return MujocoDisc(world, robot, simulation, random, movers)
 
 
 def check_installed(simulation: Simulation) -> None:

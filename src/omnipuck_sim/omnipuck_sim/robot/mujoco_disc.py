@@ -16,6 +16,7 @@ from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y, drive_law, pu
 from omnipuck_sim.robot.hit_law import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
+from omnipuck_sim.robot.walks import NO_MOVERS
 from omnipuck_sim.robot.walls import Edge, Pole, outlines
 
 LEAST_RESTITUTION, MOST_RESTITUTION = 0.01, 0.999
@@ -58,6 +59,8 @@ SAME_CONTACT = 0.05
 """Impacts on one surface within this time after one ended count once [s]."""
 LONGEST_CONTACT = 3.0
 """An impact of which the body does not come off ends after so many contact times."""
+UNMOVED = 1e6
+"""Mass of a mover, which no hit moves [kg]."""
 RING = "ring"
 PLACE, CHANGE = [X, Y, YAW], [VX, VY, SPIN]
 """Columns of a motion that correspond to MuJoCo's joints."""
@@ -89,8 +92,15 @@ class MujocoDisc:
         motion: (8,) of the drive; may be set.
     """
 
-    def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
-        """`random` draws the spread of each hit and of each wall."""
+    def __init__(
+        self,
+        world: World,
+        robot: Robot,
+        simulation: Simulation,
+        random: np.random.Generator,
+        movers: np.ndarray = NO_MOVERS,
+    ) -> None:
+        """`random` draws the spread of each hit and of each wall; movers as in `make_engine`."""
         self._simulation = simulation
         step = 1.0 / simulation.physics_rate
         self._substeps = ceil(step / LONGEST_STEP - 1e-9)
@@ -99,10 +109,14 @@ class MujocoDisc:
         self.motion = np.zeros(8)
         push(self._drive, self.motion, Aim())  # compiled before time passes
         pieces = list(outlines(world))
-        self._model = _model(pieces, robot, simulation, self._substep)
+        self._movers = movers
+        self._model = _model(pieces, robot, simulation, self._substep, movers[:, 4])
         self._data = mujoco.MjData(self._model)
         self._ring = self._model.geom(RING).id
         self._surfaces = [piece.surface for piece in pieces]
+        # each mover is a surface of its own
+        self._surfaces += [1 + max(self._surfaces, default=-1) + number for number in range(len(movers))]
+        self._velocities = np.zeros((len(self._surfaces), 2))
         self._law = HitLaw(simulation, self._surfaces, random)
         self._draws: dict[int, Vector] = {}
         self._touching: dict[int, _Touch] = {}
@@ -121,15 +135,23 @@ class MujocoDisc:
     def advance(self, step: int, most: int, aim: Aim) -> int:
         """Moves on by physics step number `step`; returns 1."""
         data, time = self._data, (step + 1) / self._drive.rate
-        data.qpos[:], data.qvel[:] = self.motion[PLACE], self.motion[CHANGE]
-        data.qfrc_applied[:] = push(self._drive, self.motion, aim)
+        walked = len(data.qpos) - len(PLACE)
+        data.qpos[:walked], data.qvel[:walked] = self._movers[:, :2].ravel(), self._movers[:, 2:4].ravel()
+        self._velocities[len(self._surfaces) - len(self._movers) :] = self._movers[:, 2:4]
+        data.qpos[walked:], data.qvel[walked:] = self.motion[PLACE], self.motion[CHANGE]
+        data.qfrc_applied[walked:] = push(self._drive, self.motion, aim)
         for left in reversed(range(self._substeps)):
-            before = data.qvel[:2].copy()
+            before = self._velocity
             mujoco.mj_step(self._model, data)
             if data.ncon or self._touching:
                 self._follow_contacts(time - left * self._substep, before)
-        self.motion[PLACE], self.motion[CHANGE] = data.qpos, data.qvel
+        self.motion[PLACE], self.motion[CHANGE] = data.qpos[walked:], data.qvel[walked:]
         return 1
+
+    @property
+    def _velocity(self) -> np.ndarray:
+        """Velocity (2,) of the ring's centre: its joints are the last ones [m/s]."""
+        return self._data.qvel[-3:-1].copy()
 
     def take_impacts(self) -> list[Impact]:
         """Returns the impacts since the last call, in order of their begin; each is returned once it has ended."""
@@ -154,7 +176,7 @@ class MujocoDisc:
             touched.add(surface)
             if surface not in self._touching:
                 at = point[:2] - 0.5 * distance * normal
-                self._begin(_Touch(surface, time, at, normal, before))
+                self._begin(_Touch(surface, time, at, normal, before), self._velocities[piece])
         for piece in self._draws.keys() - listed:
             del self._draws[piece]
         for surface in self._touching.keys() - touched:
@@ -167,28 +189,32 @@ class MujocoDisc:
         """Spring, damper and friction of the hit that would come now."""
         if piece not in self._draws:
             self._draws[piece] = self._law.drawn()
-        into = -float(normal @ self._data.qvel[:2])
+        into = -float(normal @ (self._velocity - self._velocities[piece]))
         restitution, friction = self._law.of(self._surfaces[piece], into, self._draws[piece])
         self._model.pair_solref[piece] = _solref(self._simulation, restitution)
         self._model.pair_friction[piece, :2] = friction
 
-    def _begin(self, touch: _Touch) -> None:
+    def _begin(self, touch: _Touch, other: np.ndarray) -> None:
+        """Takes a touch of what has a velocity `other` (2,) [m/s]."""
         self._touching[touch.surface] = touch
         again = touch.begun - self._ended.get(touch.surface, -np.inf) <= SAME_CONTACT
-        if -(touch.before @ touch.normal) > IMPACT_SPEED and not again:
+        if -((touch.before - other) @ touch.normal) > IMPACT_SPEED and not again:
             self._impacts.append(touch)
 
     def _end(self, touch: _Touch, time: float) -> None:
         if touch.after is None:
-            touch.after = self._data.qvel[:2].copy()
+            touch.after = self._velocity
         if any(touch is impact for impact in self._impacts):
             self._ended[touch.surface] = time
 
 
-def _model(pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, step: float) -> mujoco.MjModel:
-    """Model of the plane: a sphere that slides in it and turns about its normal, and the outline of what is solid.
+def _model(
+    pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, step: float, movers: np.ndarray
+) -> mujoco.MjModel:
+    """Model of the plane: a sphere that slides in it and turns about its normal, the outline of what is solid, movers.
 
-    The geoms of the pieces, and the pairs of each of them with the ring, have the pieces' numbers.
+    The geoms of the pieces, then of the movers with the radii (k,) [m], and the pairs of each of them with the ring are
+    numbered in this order. The ring's joints are the last.
     """
     mass, moment = true_inertia(robot, simulation)
     spec = mujoco.MjSpec()
@@ -199,12 +225,16 @@ def _model(pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, 
         spec.worldbody.add_geom(
             name=str(number), type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=ends, size=(thickness, 0.0, 0.0)
         )
-    body = spec.worldbody.add_body(mass=mass, inertia=(moment, moment, moment), explicitinertial=True)
-    for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
-        body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    for number, radius in enumerate(movers.tolist(), len(pieces)):
+        walker = _sliding(spec, UNMOVED, UNMOVED)
+        # without pairs of its own but that with the ring
+        walker.add_geom(
+            name=str(number), type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(radius, 0.0, 0.0), contype=0, conaffinity=0
+        )
+    body = _sliding(spec, mass, moment)
     body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0.0, 0.0, 1.0))
     body.add_geom(name=RING, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(robot.radius, 0.0, 0.0))
-    for number in range(len(pieces)):
+    for number in range(len(pieces) + len(movers)):
         spec.add_pair(
             name=str(number),
             geomname1=RING,
@@ -217,6 +247,13 @@ def _model(pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, 
             solimp=(IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0),
         )
     return spec.compile()
+
+
+def _sliding(spec: mujoco.MjSpec, mass: float, moment: float) -> mujoco.MjsBody:
+    body = spec.worldbody.add_body(mass=mass, inertia=(moment, moment, moment), explicitinertial=True)
+    for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+        body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    return body
 
 
 def _solref(simulation: Simulation, restitution: float) -> Vector:

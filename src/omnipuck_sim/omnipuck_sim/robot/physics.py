@@ -15,6 +15,7 @@ from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y
 from omnipuck_sim.robot.engine import make_engine
 from omnipuck_sim.robot.noise import ACTUATION_RATE, Noise
 from omnipuck_sim.robot.vector import Vector
+from omnipuck_sim.robot.walks import Touch, Walks
 
 CLEAR = 1e-6
 """Least distance from every obstacle at which a noisy start is drawn [m]."""
@@ -27,13 +28,13 @@ class Simulator:
     """The simulated robot in its world; time passes only in `step`.
 
     Args:
-        world: the solid surroundings; a walled world's bounds are solid too.
+        world: the solid surroundings, and what walks there; a walled world's bounds are solid too.
         settings: robot, simulator, limits.command_age and controller.rate are used.
         seed: seed of every random number; equal seeds give equal runs, bit by bit.
         start: (2,) [m], by default the world's own; the start noise is added.
 
     Raises:
-        WorldError: no start given, or the robot would stand inside an obstacle.
+        WorldError: no start given, or the robot or a mover would stand inside an obstacle.
         ParameterError: simulator.engine is not installed.
     """
 
@@ -45,7 +46,8 @@ class Simulator:
         self._noise = Noise(settings.simulator, seed)
         markers = settings.simulator
         self._marker_offset = markers.marker_offset_x, markers.marker_offset_y, markers.marker_offset_yaw
-        self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound)
+        self._walks = Walks(world, settings)
+        self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound, self._walks.discs)
         self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
         self._steps = 0
         self._draws = 0
@@ -65,6 +67,11 @@ class Simulator:
         """The true state now, world frame."""
         motion = self._disc.motion
         return State(self.time, motion[[X, Y]], motion[[VX, VY]], self._yaw)
+
+    @property
+    def movers(self) -> np.ndarray:
+        """(k, 5) x, y [m], vx, vy [m/s], radius [m] of each mover, the truth now."""
+        return self._walks.discs.copy()
 
     @property
     def _yaw(self) -> float:
@@ -124,11 +131,21 @@ class Simulator:
                 self._draws += 1
             until = min(end, self._draws * self._steps_a_draw - 0.5, self._expires * self._rate - 0.5)
             aim = Aim(*self._command, self._yaw_rate, *self._error, self.drive)
-            self._steps += self._disc.advance(self._steps, max(ceil(until) - self._steps, 1), aim)
+            if not self._world.movers:
+                self._steps += self._disc.advance(self._steps, max(ceil(until) - self._steps, 1), aim)
+                continue
+            self._walks.begin(self.time, self._disc.motion.tolist())
+            self._steps += self._disc.advance(self._steps, 1, aim)
+            self._walks.end()
 
     def take_impacts(self) -> list[Impact]:
         """The impacts since the last call, in order."""
         return self._disc.take_impacts()
+
+    def take_touches(self) -> list[Touch]:
+        """The touches of movers since the last call, in order."""
+        taken, self._walks.touches = self._walks.touches, []
+        return taken
 
     def measured_pose(self) -> PoseSample:
         """The pose that the motion capture measures now: that of the body of markers on the robot, with noise."""

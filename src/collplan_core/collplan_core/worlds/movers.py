@@ -1,0 +1,81 @@
+"""Movers: discs that walk along a way through a world, as people and other robots do."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from collplan_core.validation import finite
+
+WAY_FORM = "expected at least one way point [x, y] [m], no two in a row equal"
+
+NUMBERS = {"radius": "above 0 [m]", "speed": "above 0 [m/s]", "delay": "from 0 [s]", "pause": "from 0 [s]"}
+
+
+@dataclass(frozen=True, eq=False)
+class Mover:
+    """A disc that walks straight from way point to way point.
+
+    Attributes:
+        radius: radius [m].
+        way: (k, 2) its way points; with one alone it stands [m].
+        speed: speed of walking [m/s].
+        to_and_fro: walks back from the last way point to the first, and so on; otherwise it stays at the last.
+        delay: time for which it stands at the first way point before it sets out [s].
+        pause: time for which it stands at each way point that it comes to [s].
+
+    Raises:
+        ValueError: at construction; the message names the key, the value and what was expected.
+    """
+
+    radius: float
+    way: np.ndarray
+    speed: float
+    to_and_fro: bool = True
+    delay: float = 0.0
+    pause: float = 0.0
+
+    def __post_init__(self) -> None:
+        for key, expected in NUMBERS.items():
+            value = getattr(self, key)
+            # Python takes true for the number 1
+            is_number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+            if not (is_number and math.isfinite(value) and (value > 0.0 or (value == 0.0 and "from" in expected))):
+                raise ValueError(f"{key}: got {value!r:.80}, expected a number {expected}")
+        if not isinstance(self.to_and_fro, bool):
+            raise ValueError(f"to_and_fro: got {self.to_and_fro!r:.80}, expected true or false")
+        way = finite("way", self.way, (None, 2), WAY_FORM)
+        if len(way) == 0 or (np.hypot(*np.diff(way, axis=0).T) < 1e-9).any():
+            raise ValueError(f"way: got {way.tolist()!r:.80}, {WAY_FORM}")
+        way.flags.writeable = False
+        object.__setattr__(self, "way", way)
+
+    @cached_property
+    def schedule(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,) from setting out on [s] and places (n, 2) [m] between which it walks evenly or stands.
+
+        To and fro it lasts until it would set out again.
+        """
+        way = np.vstack([self.way, self.way[-2::-1]]) if self.to_and_fro and len(self.way) > 1 else self.way
+        leaves = np.cumsum(np.hypot(*np.diff(way, axis=0).T) / self.speed + self.pause)
+        times = np.column_stack([leaves - self.pause, leaves]).ravel()
+        return np.concatenate([[0.0], times]), np.vstack([way[:1], np.repeat(way[1:], 2, axis=0)])
+
+
+def place_at(mover: Mover, time: float) -> tuple[float, float]:
+    """The place of a mover that nothing hinders, at a time from the beginning of the run on [s]."""
+    times, places = mover.schedule
+    since = _since_set_out(mover, time)
+    return float(np.interp(since, times, places[:, 0])), float(np.interp(since, times, places[:, 1]))
+
+
+def turned(mover: Mover, time: float) -> float:
+    """The time at which a mover that walks to and fro is at the place of `time` [s] and walks the other way."""
+    whole = float(mover.schedule[0][-1])
+    return mover.delay + (whole - mover.pause - _since_set_out(mover, time)) % whole
+
+
+def _since_set_out(mover: Mover, time: float) -> float:
+    since, whole = max(time - mover.delay, 0.0), float(mover.schedule[0][-1])
+    return since % whole if mover.to_and_fro and whole > 0.0 else since

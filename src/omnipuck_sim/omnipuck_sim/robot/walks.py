@@ -1,0 +1,130 @@
+"""How the movers of a world walk, and where they meet its walls and the robot.
+
+A wall that the way leads through is its end: a mover that walks to and fro turns back there, another one stays.
+
+A mover that comes up against the robot strikes it with its whole velocity, for as long as a hit may last. Then it
+stands for as long as the robot is in its way, which is ahead of it and nearer than CLEARED. After PATIENCE one that
+walks to and fro turns back. A robot that touches a mover from behind or aside does not stop it. A mover weighs so much
+more than the robot that no hit changes its motion. Movers walk through each other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from collplan_core.parameters import Settings
+from collplan_core.worlds import Mover, World, WorldError
+from collplan_core.worlds.movers import place_at, turned
+from collplan_core.worlds.route import free_space
+from omnipuck_sim.robot.drive import VX, VY, X, Y
+
+CLEARED = 0.05
+"""Distance between a mover and the robot from which the robot is no longer in its way [m]."""
+PATIENCE = 1.0
+"""Time for which it stands before the robot [s]."""
+APART = 0.002
+"""Distance between both from which a touch has ended [m]."""
+NO_MOVERS = np.zeros((0, 5))
+
+
+class Touch(NamedTuple):
+    """A touch of robot and mover that has begun.
+
+    Attributes:
+        time: time of its begin [s].
+        mover: number of the mover.
+        speed: the robot's own speed towards the mover just before, negative away from it [m/s].
+    """
+
+    time: float
+    mover: int
+    speed: float
+
+
+@dataclass(eq=False)
+class _Walk:
+    """One mover: its time, which stands still when it does, since when it meets the robot, and whether they touch."""
+
+    mover: Mover
+    time: float = 0.0
+    met: float | None = None
+    touches: bool = False
+
+
+class Walks:
+    """All movers of a world, step by step.
+
+    Attributes:
+        discs: (k, 5) x, y [m], vx, vy [m/s], radius [m] of each; in a step its place before, its velocity during it.
+        touches: touches so far. May be emptied.
+    """
+
+    def __init__(self, world: World, settings: Settings) -> None:
+        """Raises WorldError where a mover begins in an obstacle."""
+        self._radius, self._step = settings.robot.radius, 1.0 / settings.simulator.physics_rate
+        self._strike = settings.simulator.contact_time
+        self._walks = [_Walk(within_walls(world, i)) for i in range(len(world.movers))]
+        rows = [(*place_at(mover, 0.0), 0.0, 0.0, mover.radius) for mover in world.movers]
+        self.discs = np.array(rows).reshape(-1, 5)
+        self.touches: list[Touch] = []
+
+    def begin(self, time: float, motion: Sequence[float]) -> None:
+        """Chooses the velocities of the step that begins at `time` [s], in which the robot has this motion (8,)."""
+        for number, walk in enumerate(self._walks):
+            mover, step = walk.mover, self._step
+            (x, y), (next_x, next_y) = place_at(mover, walk.time), place_at(mover, walk.time + step)
+            vx, vy = (next_x - x) / step, (next_y - y) / step
+            apart_x, apart_y = motion[X] - x, motion[Y] - y
+            gap = hypot(apart_x + step * (motion[VX] - vx), apart_y + step * (motion[VY] - vy))
+            gap -= self._radius + mover.radius
+            ahead = vx * apart_x + vy * apart_y > 0.0
+            if walk.met is None and ahead and gap <= 0.0:
+                walk.met = time
+            elif walk.met is not None and not (ahead and gap < CLEARED):
+                walk.met = None
+            waits = 0.0 if walk.met is None else time - walk.met
+            if waits > self._strike:
+                vx = vy = 0.0
+                if waits > PATIENCE and mover.to_and_fro:
+                    walk.time, walk.met = turned(mover, walk.time), None
+            else:
+                walk.time += step
+            self.discs[number, :4] = x, y, vx, vy
+            if gap <= 0.0 and not walk.touches:
+                speed = -(motion[VX] * apart_x + motion[VY] * apart_y) / max(hypot(apart_x, apart_y), 1e-9)
+                self.touches.append(Touch(time, number, speed))
+            walk.touches = gap <= (APART if walk.touches else 0.0)
+
+    def end(self) -> None:
+        """Ends the step."""
+        self.discs[:, :2] += self._step * self.discs[:, 2:4]
+
+
+def within_walls(world: World, number: int) -> Mover:
+    """A mover of a world, its way cut off where it comes to an obstacle or wall.
+
+    Raises:
+        WorldError: it has no room at its first way point.
+    """
+    mover = world.movers[number]
+    free, way = free_space(world, mover.radius), [mover.way[0]]
+    if not free.covers(shapely.Point(way[0])):
+        key = f"{world.called}: movers[{number}].way[0]: {way[0].tolist()}"
+        raise WorldError(f"{key} is too near an obstacle, expected {mover.radius:g} m of room around it")
+    for a, b in pairwise(mover.way):
+        parts = shapely.get_parts(shapely.LineString([a, b]).intersection(free))
+        first = min(parts, key=shapely.Point(a).distance, default=None)
+        reached = max((np.hypot(*(np.array(point) - a)) for point in first.coords), default=0.0) if first else 0.0
+        whole = float(np.hypot(*(b - a)))
+        if reached > whole - 1e-9:
+            way.append(b)
+            continue
+        if reached > 1e-6:
+            way.append(a + (reached - 1e-6) / whole * (b - a))
+        break
+    return replace(mover, way=np.array(way))
