@@ -26,7 +26,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study movers animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -103,6 +103,10 @@ worth: $(COMPILED)  ## does it pay to bounce on my robot, from its parameters; A
 worth-study: export OPENBLAS_NUM_THREADS = 1
 worth-study: $(COMPILED)  ## the curve behind it, simulated, two hours; the next call goes on
 	@$(PYTHON) studies/worth_study.py $(ARGS)
+
+movers: export OPENBLAS_NUM_THREADS = 1
+movers: $(COMPILED)  ## what the strategies do where something moves, simulated; ARGS="--trials 200 --seed N"; the next call goes on
+	@$(PYTHON) studies/movers_bench.py $(ARGS)
 
 lint: $(READY)  ## style and types
 	@failed=0; for check in "ruff check" "ruff format --check" mypy; do \
