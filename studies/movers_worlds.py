@@ -1,6 +1,6 @@
 """The worlds of the bench with movers: one to three movers near the shortest way, whoever drives there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from collplan_core.worlds import Mover, World, WorldError, load_world
+from collplan_core.worlds.movers import place_at
 from collplan_core.worlds.route import free_space
 from omnipuck_sim.robot.walks import within_walls
 
@@ -20,6 +21,10 @@ SPACING, ROOM = 0.05, 0.12
 """Spacing of the places that the shortest way leads over, and what it keeps from obstacles [m]."""
 PACE = 0.8
 """Speed at which a robot is expected along the way; movers set out so that they meet it [m/s]."""
+OFTEN, PASSING = 0.5, 0.10
+"""Share of the time in which a disc of the radius PASSING [m] must have a way to the goal between the movers."""
+BESIDE = 0.1
+"""Distance from start and goal that counts as there [m]."""
 ASIDE = 0.45
 """Distance from the robot's start within which no mover begins [m]."""
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
@@ -107,17 +112,35 @@ def world_of(index: int, seed: int) -> World:
 
 def with_movers(world: World, index: int, seed: int) -> World:
     """The world with its movers."""
-    random = np.random.default_rng([seed, index, 2])
-    way, movers = shortest_way(world), list[Mover]()
-    count = int(random.integers(1, 4))
-    while len(movers) < count:
+    random, way = np.random.default_rng([seed, index, 2]), shortest_way(world)
+    while True:
+        moved = replace(world, movers=tuple(_movers(world, way, random)))
+        if _is_passable(moved):
+            return moved
+
+
+def _movers(world: World, way: np.ndarray, random: np.random.Generator) -> Iterator[Mover]:
+    left = int(random.integers(1, 4))
+    while left:
         kind = str(random.choice(list(KINDS) if world.polygons else OPEN))
-        scene = Scene(world, way, random.uniform(*RADII), random.uniform(*SPEEDS), random)
         try:
-            movers.append(_drawn(kind, scene))
+            yield _drawn(kind, Scene(world, way, random.uniform(*RADII), random.uniform(*SPEEDS), random))
         except ValueError:
             continue  # no room for it there
-    return replace(world, movers=tuple(movers))
+        left -= 1
+
+
+def _is_passable(world: World) -> bool:
+    """No gap is closed for most of the time: nobody could arrive then."""
+    assert world.start is not None
+    assert world.goal is not None
+    free, ends, open_at = free_space(world, PASSING), shapely.points([world.start, world.goal]), 0
+    times = np.arange(1.0, 30.0, 1.7)
+    for time in times:
+        discs = [shapely.Point(place_at(mover, time)).buffer(mover.radius + PASSING) for mover in world.movers]
+        parts = shapely.get_parts(free.difference(shapely.union_all(discs)))
+        open_at += any(shapely.distance(part, ends).max() < BESIDE for part in parts)
+    return open_at >= OFTEN * len(times)
 
 
 def _drawn(kind: str, scene: Scene) -> Mover:
