@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium
@@ -11,7 +12,9 @@ from gymnasium.utils.env_checker import check_env
 
 import collplan_gym
 from collplan_core.parameters import ParameterError, Settings
-from collplan_core.worlds import WorldError, load_world, save_world
+from collplan_core.worlds import Mover, WorldError, load_world, save_world
+from collplan_core.worlds.movers import place_at
+from collplan_gym.measured_robot import MeasuredRobot
 from omnipuck_sim.trial import run_trial
 
 BOUNCE = "collplan/Bounce-v0"
@@ -111,3 +114,12 @@ def test_what_cannot_be_simulated_is_refused():
     env.reset()
     with pytest.raises(ValueError, match="finite"):
         env.step(np.array([np.nan, 0.0]))
+
+
+def test_a_mover_is_in_the_scans_of_the_measured_robot():
+    mover = Mover(0.15, np.array([[0.4, 1.0], [0.4, 1.8]]), 0.8, to_and_fro=False)
+    robot = MeasuredRobot(replace(load_world("floor"), movers=(mover,)), Settings(), 0)
+    for _ in range(10):
+        measured = robot.rest()
+        apart = np.array(place_at(mover, measured.newest.stamp)) - measured.newest.position
+        assert measured.scan.ranges.min() == pytest.approx(np.hypot(*apart) - mover.radius, abs=0.002)
