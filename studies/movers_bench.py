@@ -1,4 +1,4 @@
-"""What the strategies do where something moves: trials with one to three movers, each beside the same without them.
+"""Bench of the strategies among movers: trials with one to three movers, each beside the same without them.
 
     make movers ARGS="--trials 200 --seed 97000"
 

@@ -31,7 +31,7 @@ NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 class Scene(NamedTuple):
-    """What a mover is drawn in: world, shortest way (n, 2) [m], radius and speed of the mover, random numbers."""
+    """Surroundings that a mover is drawn for: world, shortest way (n, 2) [m], its radius and speed, random numbers."""
 
     world: World
     way: np.ndarray

@@ -1,4 +1,4 @@
-"""What may be commanded, as a disc and as a box in the body frame: in planners, controller and what is measured."""
+"""Bounds of the velocity, a disc or a box in the body frame: in planners, controller and checks of poses."""
 
 import math
 

@@ -12,11 +12,11 @@ from rooms import RADIUS, Room, write_world
 
 PROGRAM = Path(__file__).with_name("irsim_robot.py")
 WATCHDOG = 0.5
-"""Its own, without commands [s]."""
+"""Silence after which the base stops by itself [s]."""
 PERIOD = 0.02
-"""Of its odometry [s]."""
+"""Period of its odometry [s]."""
 LATE = 0.3
-"""Of its fault of this name [s]."""
+"""Delay of commands in the fault "late" [s]."""
 PARAMETERS = {
     "robot": {"radius": RADIUS, "mass": 3.0, "max_speed": 0.8, "max_acceleration": 1.5, "velocity_lag": 0.1},
     "cap": {"speed": 0.8},
@@ -26,7 +26,7 @@ PARAMETERS = {
 
 
 def missing() -> str:
-    """What it lacks here, in words; empty where it can run."""
+    """Says why it cannot run here, as packages are missing; empty where it can."""
     lacks = [name for name in ("tf2_msgs", "irsim") if find_spec(name) is None and not (MODULES / name).is_dir()]
     return f"missing: {', '.join(lacks)}: `make messages`, `make setup`" if lacks else ""
 

@@ -19,9 +19,9 @@ from faults.stands import CREEP, WAIT, commanded_to_stand, no_motion_since
 from faults.streams import AT_REST, STALL, Motion, why_stalled
 
 BRAKING = ROBOT["max_speed"] / ROBOT["max_acceleration"] + LAGS * ROBOT["velocity_lag"]
-"""From full speed, and until what its lag leaves has gone [s]."""
+"""Time to brake from full speed, and until the rest that its lag leaves has gone [s]."""
 MESSAGES = 0.15
-"""What a few messages take, and a pose's and a control period [s]."""
+"""Time that a few messages take, and the periods of a pose and of the controller [s]."""
 SHOWN, SHOWN_DRIVING = 0.3, 1.4
 """Longest time from the first late motion to zero, of a robot that starts and of one that drove in time before [s]."""
 TURNED = 0.3
@@ -68,7 +68,7 @@ def then_stands(graph: BaseGraph, again: float, measured: Measured) -> Measured:
 
 
 def why_not_held(graph: BaseGraph, words: str = "") -> str:
-    """Whether neither robot nor controller is held, or not for a reason with these words, in words; else empty."""
+    """Says that neither robot nor controller is held, or for another reason than these words; empty where one is."""
 
     def reasons() -> list[str]:
         robot = graph.streams.states[-1].why if graph.state == HELD else ""

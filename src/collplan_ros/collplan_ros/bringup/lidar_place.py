@@ -20,6 +20,7 @@ from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import environment_set, graph_environment
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS, SENSOR_DATA
+from collplan_ros.messages.reading import place_fields
 from collplan_ros.nodes.localisation import TOLERANCE
 
 PATIENCE = 3.0
@@ -64,8 +65,7 @@ def _listened(preparation: Preparation) -> tuple[str, LidarMount | None]:
 
     def take_transforms(message: Any) -> None:
         for each in message.transforms:
-            shift, turn = each.transform.translation, each.transform.rotation
-            position, quaternion = (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
+            position, quaternion = place_fields(each.transform.translation, each.transform.rotation)
             try:
                 check_pose_fields(0.0, position, quaternion, TOLERANCE)
             except PoseError:

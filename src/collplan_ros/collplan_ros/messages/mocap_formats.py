@@ -21,7 +21,7 @@ from collplan_core.parameters import Mocap
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.mocap_body import MeasuredPose
 from collplan_core.sensing.pose_filter import PoseError
-from collplan_ros.messages.reading import seconds_from_stamp
+from collplan_ros.messages.reading import place_fields, seconds_from_stamp
 
 ABSENT = "absent"
 
@@ -67,8 +67,7 @@ def _measured(header: Any, position: Any, quaternion: Any) -> MeasuredPose:
     return MeasuredPose(
         str(header.frame_id),
         seconds_from_stamp(header.stamp),
-        (float(position.x), float(position.y), float(position.z)),
-        (float(quaternion.x), float(quaternion.y), float(quaternion.z), float(quaternion.w)),
+        *place_fields(position, quaternion),
     )
 
 

@@ -34,6 +34,16 @@ def seconds_from_stamp(stamp: Any) -> float:
     return int(stamp.sec) + int(stamp.nanosec) / NANOSECONDS
 
 
+def place_fields(
+    position: Any, quaternion: Any
+) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
+    """The numbers x, y, z of a position or translation, and x, y, z, w of a quaternion."""
+    return (
+        (float(position.x), float(position.y), float(position.z)),
+        (float(quaternion.x), float(quaternion.y), float(quaternion.z), float(quaternion.w)),
+    )
+
+
 def check_frame(field: str, got: str, expected: str) -> None:
     """Raises MessageError where a field names another frame."""
     if got != expected:

@@ -8,7 +8,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.localised import FrameInMap
 from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS, TRANSFORMS
-from collplan_ros.messages.reading import MessageError, seconds_from_stamp
+from collplan_ros.messages.reading import MessageError, place_fields, seconds_from_stamp
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 
@@ -49,8 +49,7 @@ class Localisation:
         for each in message.transforms:
             if (each.header.frame_id, each.child_frame_id) != (self._parent, self._child):
                 continue
-            shift, turn = each.transform.translation, each.transform.rotation
-            position, quaternion = (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
+            position, quaternion = place_fields(each.transform.translation, each.transform.rotation)
             try:
                 pose = check_pose_fields(seconds_from_stamp(each.header.stamp), position, quaternion, TOLERANCE)
             except PoseError as error:

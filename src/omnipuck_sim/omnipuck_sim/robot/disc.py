@@ -15,7 +15,6 @@ from omnipuck_sim.robot.drive import VX, VY, Aim, X, Y, drive_law, flown, outlin
 from omnipuck_sim.robot.hit_law import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
-from omnipuck_sim.robot.walks import NO_MOVERS
 from omnipuck_sim.robot.walls import Edge, Pole, outlines
 
 SLOP = 1e-4
@@ -43,7 +42,7 @@ class Disc:
         robot: Robot,
         simulation: Simulation,
         random: np.random.Generator,
-        movers: np.ndarray = NO_MOVERS,
+        movers: np.ndarray,
     ) -> None:
         """`random` draws the spread of each hit and of each wall; movers as in `make_engine`."""
         self._simulation = simulation

@@ -16,7 +16,6 @@ from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y, drive_law, pu
 from omnipuck_sim.robot.hit_law import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
-from omnipuck_sim.robot.walks import NO_MOVERS
 from omnipuck_sim.robot.walls import Edge, Pole, outlines
 
 LEAST_RESTITUTION, MOST_RESTITUTION = 0.01, 0.999
@@ -98,7 +97,7 @@ class MujocoDisc:
         robot: Robot,
         simulation: Simulation,
         random: np.random.Generator,
-        movers: np.ndarray = NO_MOVERS,
+        movers: np.ndarray,
     ) -> None:
         """`random` draws the spread of each hit and of each wall; movers as in `make_engine`."""
         self._simulation = simulation

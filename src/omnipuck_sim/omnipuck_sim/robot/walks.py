@@ -1,4 +1,4 @@
-"""How the movers of a world walk, and where they meet its walls and the robot.
+"""The movers of a world step by step: they walk, and meet its walls and the robot.
 
 A wall that the way leads through is its end: a mover that walks to and fro turns back there, another one stays.
 
