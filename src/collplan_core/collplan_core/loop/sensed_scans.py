@@ -8,6 +8,7 @@ from collplan_core.control.permission import is_relocated
 from collplan_core.local_map import LocalMap
 from collplan_core.local_map.build import map_of_surfaces
 from collplan_core.local_map.seen import SeenSurfaces, seen_surfaces
+from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.parameters import LocalMapping, Settings
 from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
@@ -38,10 +39,14 @@ class SensedScans:
     A scan is used once the poses of all its beams are known, and then only if it is plausible after those before it,
     also across a gap or jump of the poses: a kidnapped robot finds the walls where they were. The newest pose
     or scan given again at the same time, by another loop, changes nothing and returns the same.
+
+    Attributes:
+        movers: what moves, by the scans so far.
     """
 
     def __init__(self, span: float) -> None:
         """Keeps poses and scans for `span` [s] by their stamps."""
+        self.movers: Movers = NO_MOVERS
         self._span = span
         self._poses = PoseHistory(span)
         self._unplaced: list[tuple[Scan, float]] = []

@@ -229,6 +229,8 @@ class Limits(Parameters):
     goal_distance: float = parameter(100.0, "A goal farther from the robot is refused", unit="m", low=1.0, high=1000.0)
     fence: tuple[float, ...] = parameter((), "Corners x, y, x, y, ... in frames.map of a polygon that goals and the robot's centre must be in; empty for none", unit="m", low=-1e6, high=1e6)
     impact_speed: float = parameter(1.2, "Contacts faster than this into an obstacle are not planned by the time-to-goal strategies, and counted with the paper's; v_max excludes none (assumed)", unit="m/s", low=0.0, high=10.0)
+    mover_speed: float = parameter(0.0, "The controller sends no command after which the robot could touch what moves at more than this speed of its own", unit="m/s", low=0.0, high=5.0, live=True)
+    emerging_speed: float = parameter(0.0, "Speed of what may come out of places that the robot does not see; it drives only as fast as it can stop before that. 0 expects nothing", unit="m/s", low=0.0, high=5.0, live=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -308,6 +310,18 @@ class ScanInput(Parameters):
     def offset(self) -> tuple[float, float, float]:
         """Mounting pose of the LIDAR on the robot: x, y [m] and heading [rad]."""
         return self.offset_x, self.offset_y, self.offset_yaw
+
+
+@dataclass(frozen=True)
+class MoverFinding(Parameters):
+    """How what moves is told from what stands, and the space that a mover is given."""
+
+    group = "movers"
+    margin: float = parameter(0.03, "A return so deep in space that was seen to be free has come there by moving; noise of ranges and the spacing of beams are added", unit="m", low=0.01, high=0.3)
+    standing_time: float = parameter(0.1, "A surface that stayed in place for so long stands; bounce and tolerate choose no other for a contact. 0 takes any", unit="s", low=0.0, high=3.0)
+    kept: float = parameter(0.6, "Time for which a mover that is out of sight is still expected", unit="s", low=0.05, high=5.0)
+    growth: float = parameter(0.25, "How fast a mover may leave its predicted way, K of S = K T + C", unit="m/s", low=0.0, high=5.0)
+    clearance: float = parameter(0.05, "Distance kept from a mover, C of S = K T + C", unit="m", low=0.0, high=1.0)
 
 
 @dataclass(frozen=True)
@@ -497,7 +511,7 @@ class Trial(Parameters):
 
 
 GROUPS: tuple[type[Parameters], ...] = (
-    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, ScanInput, Lidar, Simulation, Kinematics,
+    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, ScanInput, MoverFinding, Lidar, Simulation, Kinematics,
     Driver, Base, Emulator, Frames, View, Teleop, Trial,
 )
 
@@ -518,6 +532,7 @@ class Settings:
     limits: Limits = Limits()
     mocap: Mocap = Mocap()
     scan: ScanInput = ScanInput()
+    movers: MoverFinding = MoverFinding()
     lidar: Lidar = Lidar()
     simulator: Simulation = Simulation()
     kinematics: Kinematics = Kinematics()

@@ -16,7 +16,7 @@ from std_msgs.msg import Empty, String
 
 from collplan_core.command import HAND, stopped
 from collplan_core.loop.controller_loop import ControllerLoop
-from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Robot, ScanInput, Settings
+from collplan_core.parameters import Control, Frames, Limits, LocalMapping, MoverFinding, Robot, ScanInput, Settings
 from collplan_core.plan import Plan
 from collplan_core.replay.journal import CONTROLLER, Journal
 from collplan_core.scan import Scan
@@ -40,7 +40,7 @@ from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 from collplan_ros.nodes.teleop_input import TeleopInput
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
-GROUPS = (Robot, LocalMapping, Control, ScanInput, Limits, Frames, "planner.journal", *MOCAP)
+GROUPS = (Robot, LocalMapping, Control, ScanInput, MoverFinding, Limits, Frames, "planner.journal", *MOCAP)
 MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_tolerance", "local_map.grazing_angle")
 """The controller follows the boundaries of the local map alone; it does not read sight and set E."""
 LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)

@@ -20,6 +20,7 @@ from collplan_core.parameters import (
     Frames,
     Limits,
     LocalMapping,
+    MoverFinding,
     Planning,
     Rebound,
     Remembered,
@@ -57,7 +58,7 @@ from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 SINGLE = ("mocap.leap_margin", "mocap.velocity_window", "controller.stamped_cmd_vel", "controller.rate")
-GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, ScanInput, Limits, Frames, *SINGLE)
+GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, ScanInput, MoverFinding, Limits, Frames, *SINGLE)
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
 

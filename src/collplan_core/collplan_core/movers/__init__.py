@@ -1,0 +1,1 @@
+"""What moves around the robot: found in scans, predicted, and kept from being driven into."""

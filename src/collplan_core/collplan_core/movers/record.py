@@ -1,0 +1,52 @@
+"""The bodies that move around the robot, as discs, and what each of them can reach."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Movers:
+    """Discs that move, as the scans up to `stamp` show them, world frame.
+
+    Attributes:
+        stamp: stamp of the newest of these scans [s].
+        numbers: (k,) number of each, the same in every scan.
+        positions: (k, 2) of their centres at the stamp [m].
+        velocities: (k, 2) [m/s].
+        radii: (k,) [m].
+        growths: (k,) how fast each may leave its predicted way [m/s].
+        seen: (k,) stamp of the last scan that shows it [s].
+    """
+
+    stamp: float
+    numbers: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    radii: np.ndarray
+    growths: np.ndarray
+    seen: np.ndarray
+
+    def __len__(self) -> int:
+        """Number of movers."""
+        return len(self.radii)
+
+    @cached_property
+    def rows(self) -> np.ndarray:
+        """(k, 6) x, y [m], vx, vy [m/s], radius [m] and growth [m/s] at the stamp, for compiled code.
+
+        The radius is that of the place that each can be in since it was seen.
+        """
+        reached = self.radii + self.growths * (self.stamp - self.seen)
+        return np.column_stack([self.positions, self.velocities, reached, self.growths])
+
+    def rows_at(self, now: float) -> np.ndarray:
+        """(k, 6) the same at another time `now` [s], predicted at constant velocity."""
+        rows, later = self.rows.copy(), now - self.stamp
+        rows[:, :2] += later * rows[:, 2:4]
+        rows[:, 4] += abs(later) * rows[:, 5]
+        return rows
+
+
+NO_MOVERS = Movers(-np.inf, np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
