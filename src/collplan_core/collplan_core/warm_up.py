@@ -13,6 +13,7 @@ from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop import motion_watch
 from collplan_core.loop.delay_prediction import motion_under_way
+from collplan_core.movers import finding
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
@@ -39,6 +40,7 @@ def warm_up() -> None:
     scan = simulate_scan(world, state, settings.lidar)
     scan_plausibility.warm_up(scan, seen_surfaces(scan, state, settings.local_map), state, settings.limits)
     wall_lines.warm_up(scan)
+    finding.warm_up(seen_surfaces(scan, state, settings.local_map), state, settings.movers)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
     motion_under_way(state, np.zeros((1, 3)), 0.01, 0.01, local_map, settings)
     for strategy in ("high_risk", "harness"):

@@ -10,6 +10,7 @@ from collplan_core.local_map.frontiers import Frontiers, find_frontiers, find_sh
 from collplan_core.local_map.predicted import PREDICTED
 from collplan_core.local_map.record import LocalMap
 from collplan_core.local_map.seen import SeenSurfaces, seen_from, seen_surfaces
+from collplan_core.movers.record import ALL_STANDS, SortedReturns
 from collplan_core.parameters import LocalMapping, Robot
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -36,17 +37,25 @@ def _build(found: SeenSurfaces, radius: float, half_side: float, n_rays: int) ->
     return _Stages(np.array([x, y]), free, shadow, find_frontiers(free, shadow, box), moved.pieces)
 
 
-def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> LocalMap:
+def build_local_map(
+    scan: Scan, state: State, robot: Robot, mapping: LocalMapping, returns: SortedReturns = ALL_STANDS
+) -> LocalMap:
     """The local map from a scan and the pose at its stamp, never from the world. Paper: II-A.
 
     Obstacles are grown by the robot's radius and `clearance`; the planner then moves a point. Each beam begins where
     the sensor was at its instant.
     """
-    return map_of_surfaces(seen_surfaces(scan, state, mapping), state, robot, mapping)
+    return map_of_surfaces(seen_surfaces(scan, state, mapping), state, robot, mapping, returns)
 
 
-def map_of_surfaces(found: SeenSurfaces, state: State, robot: Robot, mapping: LocalMapping) -> LocalMap:
-    """The local map from the surfaces in a scan, and the pose at its stamp. Paper: II-A."""
+def map_of_surfaces(
+    found: SeenSurfaces, state: State, robot: Robot, mapping: LocalMapping, returns: SortedReturns = ALL_STANDS
+) -> LocalMap:
+    """The local map from the surfaces in a scan, and the pose at its stamp. Paper: II-A.
+
+    Args:
+        returns: kinds of the scan's returns; the surfaces are without those of movers.
+    """
     radius = robot.radius + mapping.clearance
     stages = _build(found, radius, mapping.half_side, mapping.n_rays)
     free, frontiers = stages.free, stages.frontiers
@@ -75,4 +84,5 @@ def map_of_surfaces(found: SeenSurfaces, state: State, robot: Robot, mapping: Lo
         view=found.distance,
         view_from=np.array([*(state.position + sensor), found.sweep.first, found.sweep.step]),
         view_beams=found.origins + np.array([*state.position, 0.0]),
+        returns=returns,
     )

@@ -7,6 +7,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import inside
+from collplan_core.movers.record import ALL_STANDS, SortedReturns
 
 
 @njit
@@ -44,6 +45,7 @@ class LocalMap:
         view_from: (4,) where the beams begin x, y [m], bearing of the first one, angle between two [rad].
         view_beams: (b, 3) where each begins x, y [m], of which view_from has the middle one, and how much farther it is
             turned [rad]; (0, 3) where all are of one place.
+        returns: what stands and what moves of what it was built from; returns of movers are not in the rest of it.
     """
 
     stamp: float
@@ -65,6 +67,7 @@ class LocalMap:
     view: np.ndarray = field(default_factory=lambda: np.zeros(0))
     view_from: np.ndarray = field(default_factory=lambda: np.zeros(4))
     view_beams: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    returns: SortedReturns = ALL_STANDS
 
     def __repr__(self) -> str:
         """One line: place, and counts of its borders."""

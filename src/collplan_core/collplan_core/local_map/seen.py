@@ -87,6 +87,16 @@ def _see(stamp: float, ranges: np.ndarray, sweep: Sweep, origins: np.ndarray) ->
     return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins)
 
 
+def of_each_beam(found: np.ndarray, scan: Scan, missing: float) -> np.ndarray:
+    """(b, ...) values of a scan's own beams from those (n, ...) of its surfaces, which are in counter-clockwise order.
+
+    `missing` is that of a last beam which repeats the first.
+    """
+    fill = np.full((len(scan.ranges) - len(found), *found.shape[1:]), missing, found.dtype)
+    found = np.concatenate([found, fill]) if len(fill) else found
+    return found[::-1] if scan.angle_increment < 0.0 else found
+
+
 @njit
 def seen_from(seen: SeenSurfaces, x: float, y: float) -> SeenSurfaces:
     """The surfaces from a point x, y [m] in place of the robot's centre."""

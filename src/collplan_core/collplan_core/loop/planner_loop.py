@@ -295,7 +295,8 @@ class PlannerLoop:
         )
         if placed is not None and len(self._recovery.felt):
             shown = add_bumped_obstacles(placed.scan, placed.state, self._recovery.felt, settings.robot.radius)
-            felt = build_local_map(shown, placed.state, settings.robot, local_mapping_of(settings))
+            mapping, returns = local_mapping_of(settings), placed.local_map.returns
+            felt = build_local_map(shown, placed.state, settings.robot, mapping, returns)
             placed = replace(placed, local_map=felt)
         self._placed = placed or self._placed
 

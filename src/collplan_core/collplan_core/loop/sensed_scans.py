@@ -2,18 +2,22 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from collplan_core.control.permission import is_relocated
 from collplan_core.local_map import LocalMap
 from collplan_core.local_map.build import map_of_surfaces
-from collplan_core.local_map.seen import SeenSurfaces, seen_surfaces
-from collplan_core.movers.record import NO_MOVERS, Movers
+from collplan_core.local_map.seen import SeenSurfaces, of_each_beam, seen_surfaces
+from collplan_core.movers.finding import MoverMemory, find_movers
+from collplan_core.movers.record import MOVES, NO_MOVERS, Movers, SortedReturns
 from collplan_core.parameters import LocalMapping, Settings
 from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
 from collplan_core.sensing.lidar_mount import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.scan_filters import masked_beams, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.sensing.wall_lines import on_wall_lines
@@ -22,7 +26,7 @@ from collplan_core.state import State
 
 @dataclass(frozen=True, eq=False)
 class PlacedScan:
-    """A scan whose pose is known, the state at its stamp, and the local map made from both."""
+    """A scan whose pose is known, without the returns of movers, the state at its stamp, and the local map of both."""
 
     scan: Scan
     state: State
@@ -50,8 +54,8 @@ class SensedScans:
         self._span = span
         self._poses = PoseHistory(span)
         self._unplaced: list[tuple[Scan, float]] = []
-        self._scans: deque[tuple[Scan, SeenSurfaces]] = deque()
-        self._memory = ScanMemory()
+        self._scans: deque[tuple[Scan, SeenSurfaces, SortedReturns]] = deque()
+        self._memory, self._moving = ScanMemory(), MoverMemory()
         self._mapped: tuple[PlacedScan, LocalMapping] | None = None
         self._state: State | None = None
         self._given: tuple[object, float] = (None, math.nan)
@@ -71,6 +75,7 @@ class SensedScans:
                 self._poses.clear()
                 self._scans.clear()
                 self._unplaced = []
+                self.movers, self._moving = NO_MOVERS, MoverMemory()
             self._poses.add(state)
             self._state, self._given = state, (state, local)
             self._place_scans(settings)
@@ -104,18 +109,25 @@ class SensedScans:
             if beams is None or state is None:
                 self._unplaced.append((scan, local))
                 continue
-            shown = on_wall_lines(placed(scan, beams, state, settings.scan))
-            seen = seen_surfaces(shown, state, local_mapping_of(settings))
-            masked = masked_beams(scan, settings.scan)
+            shown, mapping = on_wall_lines(placed(scan, beams, state, settings.scan)), local_mapping_of(settings)
+            seen, masked = seen_surfaces(shown, state, mapping), masked_beams(scan, settings.scan)
+            returns, moving = find_movers(self._moving, seen, state, range_noise(scan), settings.movers)
+            moves = returns.kinds == MOVES
+            if moves.any():
+                # what moves is no wall, and hides those behind it
+                of_movers = of_each_beam(moves, shown, missing=False)
+                shown, masked = replace(shown, ranges=np.where(of_movers, np.nan, shown.ranges)), masked | of_movers
+                seen = seen_surfaces(shown, state, mapping)
             reason, self._memory = judge_scan(self._memory, scan, masked, beams, seen, state, settings.limits)
             self._judged.append((reason, local))
             if not reason:
-                self._keep(shown, seen)
+                self.movers, self._moving = returns.movers, moving
+                self._keep(shown, seen, returns)
 
-    def _keep(self, scan: Scan, seen: SeenSurfaces) -> None:
+    def _keep(self, scan: Scan, seen: SeenSurfaces, returns: SortedReturns) -> None:
         if self._scans and scan.stamp <= self._scans[-1][0].stamp:
             self._scans.clear()
-        self._scans.append((scan, seen))
+        self._scans.append((scan, seen, returns))
         while self._scans[0][0].stamp < scan.stamp - self._span:
             self._scans.popleft()
 
@@ -141,18 +153,18 @@ class SensedScans:
         found, mapping = self._newest(after, until), local_mapping_of(settings)
         if found is None:
             return None
-        scan, state, seen = found
+        scan, state, seen, returns = found
         if self._mapped is not None and self._mapped[0].scan is scan and self._mapped[1] == mapping:
             return self._mapped[0]
-        made = PlacedScan(scan, state, map_of_surfaces(seen, state, settings.robot, mapping))
+        made = PlacedScan(scan, state, map_of_surfaces(seen, state, settings.robot, mapping, returns))
         self._mapped = made, mapping
         return made
 
-    def _newest(self, after: float, until: float) -> tuple[Scan, State, SeenSurfaces] | None:
-        for scan, seen in reversed(self._scans):
+    def _newest(self, after: float, until: float) -> tuple[Scan, State, SeenSurfaces, SortedReturns] | None:
+        for scan, seen, returns in reversed(self._scans):
             state = self._poses.at(scan.stamp) if after < scan.stamp <= until else None
             if state is not None:
-                return scan, state, seen
+                return scan, state, seen, returns
         return None
 
     def pose_at(self, stamp: float) -> State | None:

@@ -49,4 +49,25 @@ class Movers:
         return rows
 
 
+NEW, STANDS, MOVES = 0, 1, 2
+"""Kinds of a return."""
+
+
+@dataclass(frozen=True, eq=False)
+class SortedReturns:
+    """The returns of a scan by kind, and what moves.
+
+    Attributes:
+        kinds: (n,) of the n beams in the order of the scan's surfaces, NEW without a hit; (0,) where all stand.
+        movers: what moves.
+        swept: (m, 3) discs x, y, radius [m] that these movers were in lately.
+    """
+
+    kinds: np.ndarray
+    movers: Movers
+    swept: np.ndarray
+
+
 NO_MOVERS = Movers(-np.inf, np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
+ALL_STANDS = SortedReturns(np.zeros(0, int), NO_MOVERS, np.zeros((0, 3)))
+"""Of a scan that stands alone."""

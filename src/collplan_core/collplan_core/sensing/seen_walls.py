@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.seen import SeenSurfaces
+from collplan_core.local_map.seen import SeenSurfaces, of_each_beam
 from collplan_core.scan import Scan
 
 NEAR = 3.0
@@ -27,9 +27,7 @@ def wall_of_each_beam(seen: SeenSurfaces, scan: Scan, position: np.ndarray) -> n
         scan: the scan, whose beams may go clockwise, the last one where the first one does.
         position: (2,) of the robot at its stamp [m].
     """
-    walls = _walls(seen, position[0], position[1])
-    walls = np.concatenate([walls, np.full((len(scan.ranges) - len(walls), 4), math.nan)])
-    return walls[::-1] if scan.angle_increment < 0.0 else walls
+    return of_each_beam(_walls(seen, position[0], position[1]), scan, math.nan)
 
 
 @njit

@@ -15,6 +15,7 @@ from collplan_core.time_to_goal_planner.arrival import (
 )
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES, Motion, course_of, free_step, step
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, INTERVAL_STEPS, STEP, Problem
+from collplan_core.time_to_goal_planner.mover_cost import mover_cost
 
 STOP_TEST_INTERVAL = STOP_TEST_STEPS // INTERVAL_STEPS
 
@@ -48,6 +49,8 @@ def roll(problem: Problem, initial: Motion, commands: np.ndarray, n: int) -> Ful
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, commands[k, 0], commands[k, 1])
         states[k + 1, 0], states[k + 1, 1] = motion.x, motion.y
         states[k + 1, 2], states[k + 1, 3] = motion.vx, motion.vy
+        if len(problem.movers) > 0:
+            cost += mover_cost(problem.movers, (k + 1) * CONTROL_INTERVAL, CONTROL_INTERVAL, motion)
         costs[k + 1] = costs[k] + cost
         if problem.stop_test and k + 1 == STOP_TEST_INTERVAL:
             costs[k + 1] += stop_cost(problem, motion)

@@ -24,6 +24,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, course_of, motion_at, step
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, roll
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, INTERVAL_STEPS, STEP, Constants, Problem
+from collplan_core.time_to_goal_planner.mover_cost import mover_cost
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from collplan_core.velocity_bounds import fastest_along, within
 
@@ -68,6 +69,7 @@ class _Field(NamedTuple):
     source: np.ndarray
     length: np.ndarray
     cells: Grid
+    movers: np.ndarray
 
 
 @njit
@@ -93,7 +95,7 @@ def _roll_on(
     Returns:
         where it is then; time of arrival at the goal [s], ON_THE_WAY, or TOO_LATE once it will cost over `limit` [s].
     """
-    clearance, source, length, cells = field
+    clearance, source, length, cells, movers = field
     grid, goal, model, costs, bounds = constants
     motion, cost, first = rollout
     course = course_of(motion, ux, uy)
@@ -102,6 +104,8 @@ def _roll_on(
         motion, course, contact = step(clearance, source, grid, model, before, course)
         if contact.kind != NO_CONTACT:
             cost += contact_cost(costs, contact)
+        if len(movers) > 0:
+            cost += mover_cost(movers, (k + 1) * STEP, STEP, motion)
         if is_there(goal, motion):
             arrival = (k + arrival_share(goal, before, motion)) * STEP
             return _Rollout(motion, cost + graze_cost(goal, motion), k + 1), arrival
@@ -121,7 +125,7 @@ def coarse_plans(
     One that will cost over `margin` more than the best of them, or than `best` [s], is given up.
     """
     constants, limit = problem.constants, best + margin
-    field = _Field(problem.clearance, problem.source, problem.paths.length, problem.paths.cells)
+    field = _Field(problem.clearance, problem.source, problem.paths.length, problem.paths.cells, problem.movers)
     n, m = len(velocities), len(SWITCH_STEPS)
     costs, ends = np.full((n, m, n), np.inf), np.zeros((n, m, n, 4))
     for a in range(n):

@@ -24,6 +24,7 @@ CONTROL_INTERVAL = INTERVAL_STEPS * STEP
 """Time for which one command holds [s]."""
 IMPACT_SPEED = 0.08
 """A contact slower than this slides and costs nothing [m/s]."""
+NO_DISCS = np.zeros((0, 6))
 EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
 """Cost of a contact above limits.impact_speed [s], and of how far above it is [s per m/s]: all else weighs less."""
 
@@ -94,6 +95,7 @@ class Problem(NamedTuple):
         free: (nx, ny) where the disc's centre was seen to be free.
         paths: shortest paths to the goal.
         stop_test: whether the robot must be able to brake within what it has seen.
+        movers: (k, 6) discs of `mover_cost` when the plan begins.
     """
 
     clearance: np.ndarray
@@ -102,6 +104,7 @@ class Problem(NamedTuple):
     paths: PathLookup
     constants: Constants
     stop_test: bool
+    movers: np.ndarray
 
 
 def robot_model(settings: Settings) -> RobotModel:
@@ -125,11 +128,16 @@ def contact_costs(settings: Settings) -> ContactCosts:
 
 
 def problem_of(
-    field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings, yaw: float = 0.0
+    field: ClearanceField,
+    free: np.ndarray,
+    paths: ShortestPaths,
+    settings: Settings,
+    yaw: float = 0.0,
+    movers: np.ndarray = NO_DISCS,
 ) -> Problem:
     """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy.
 
-    The robot holds its yaw [rad].
+    The robot holds its yaw [rad]. `movers` (k, 6) are discs of `mover_cost`.
     """
     p = settings.time_to_goal
     tolerance = p.arrival_share * paths.tolerance
@@ -140,4 +148,4 @@ def problem_of(
     bounds = velocity_bounds(settings.robot, yaw)
     constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings), bounds)
     stop_test = TIME_TO_GOAL[settings.planner.strategy].stop_test
-    return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test)
+    return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test, movers)

@@ -17,6 +17,7 @@ from collplan_core.time_to_goal_planner.arrival import (
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
+from collplan_core.time_to_goal_planner.mover_cost import mover_cost
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from collplan_core.velocity_bounds import within
 
@@ -133,6 +134,8 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
         ux, uy = within(bounds, ux, uy)
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         total += cost
+        if len(problem.movers) > 0:
+            total += mover_cost(problem.movers, (k + 1) * CONTROL_INTERVAL, CONTROL_INTERVAL, motion)
         new_commands[k, 0], new_commands[k, 1] = ux, uy
         new_states[k + 1, 0], new_states[k + 1, 1] = motion.x, motion.y
         new_states[k + 1, 2], new_states[k + 1, 3] = motion.vx, motion.vy

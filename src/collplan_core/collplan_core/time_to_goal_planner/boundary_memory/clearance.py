@@ -11,7 +11,7 @@ from collplan_core.jit import njit
 FAR = 0.10
 """Largest clearance in the field, where nothing is nearer [m]."""
 NOTHING, OBSERVED, INFERRED = 0, 1, 2
-"""Kind of the nearest boundary of a node."""
+"""Kind of the nearest boundary of a node. Inferred is also what is seen, but not for long enough to stand."""
 
 
 class Grid(NamedTuple):

@@ -17,12 +17,12 @@ SCANS = 2
 
 
 @njit
-def seen_beyond(sight: Sight, x: float, y: float) -> float:
-    """Returns how much farther than a point both beams beside it see [m]; below 0 where one does not or is missing."""
+def _beams_beside(sight: Sight, x: float, y: float) -> tuple[int, int, float]:
+    """The beams before and after a point, and its distance from their origin [m]; -1, -1 where one is missing."""
     n = len(sight.ranges)
     dx, dy = x - sight.x, y - sight.y
     if n < 2 or max(abs(dx), abs(dy)) > sight.half_side:
-        return -math.inf
+        return -1, -1, 0.0
     if len(sight.beams) == 0:
         before = int(math.floor(((math.atan2(dy, dx) - sight.first) % (2.0 * math.pi)) / sight.step))
     else:
@@ -32,9 +32,23 @@ def seen_beyond(sight: Sight, x: float, y: float) -> float:
     after = before + 1
     if after >= n:
         if abs(n * sight.step - 2.0 * math.pi) > 0.5 * sight.step:
-            return -math.inf
+            return -1, -1, 0.0
         before, after = before % n, after % n
-    return min(sight.ranges[before], sight.ranges[after]) - math.sqrt(dx * dx + dy * dy)
+    return before, after, math.sqrt(dx * dx + dy * dy)
+
+
+@njit
+def seen_beyond(sight: Sight, x: float, y: float) -> float:
+    """Returns how much farther than a point both beams beside it see [m]; below 0 where one does not or is missing."""
+    before, after, away = _beams_beside(sight, x, y)
+    return min(sight.ranges[before], sight.ranges[after]) - away if before >= 0 else -math.inf
+
+
+@njit
+def has_stood(sight: Sight, x: float, y: float) -> bool:
+    """Returns whether what a beam beside a point met has stood in place."""
+    before, after, _ = _beams_beside(sight, x, y)
+    return before >= 0 and (sight.stands[before] or sight.stands[after])
 
 
 @njit

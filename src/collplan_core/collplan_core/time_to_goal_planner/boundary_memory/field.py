@@ -184,12 +184,14 @@ def _is_near(pieces: np.ndarray, k: int, box: np.ndarray, reach: float) -> bool:
 
 
 @njit
-def renew(nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, rows: np.ndarray) -> None:
+def renew(
+    nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, had_stood: np.ndarray, rows: np.ndarray
+) -> None:
     """Bring the clearance up to date; where a piece has gone it is computed anew, elsewhere lowered by the new ones.
 
     Args:
         count: number of pieces in the pool; the first len(had_solid_behind) of them are in the clearance already.
-        had_solid_behind: which of those had inferred solid behind them there.
+        had_solid_behind: which of those had inferred solid behind them there; had_stood: which stood by then.
         rows: distances of inferred solid behind a piece [m].
     """
     box = np.array([math.inf, math.inf, -math.inf, -math.inf])
@@ -200,9 +202,10 @@ def renew(nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, ro
     for k in range(count):
         old = k < len(had_solid_behind)
         gained = pool.solid_behind[k] and not (old and had_solid_behind[k])
-        if not pool.kept[k] or (old and not gained and not _is_near(pool.pieces, k, box, reach)):
+        stood = old and (had_stood[k] or not pool.stands[k])
+        if not pool.kept[k] or (stood and not gained and not _is_near(pool.pieces, k, box, reach)):
             continue
         x0, y0, x1, y1 = pool.pieces[k]
-        _lower(nodes, old, x0, y0, x1, y1, OBSERVED)
+        _lower(nodes, stood, x0, y0, x1, y1, OBSERVED if pool.stands[k] else INFERRED)
         if pool.solid_behind[k]:
             _lower_behind(nodes, not gained, pool, k, rows)

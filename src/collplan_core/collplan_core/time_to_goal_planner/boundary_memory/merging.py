@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.boundary_memory.contradiction import is_edge_on, is_seen_free_behind
+from collplan_core.time_to_goal_planner.boundary_memory.contradiction import has_stood, is_edge_on, is_seen_free_behind
 from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Nodes, Pool, Sight, middle
 
 SAME = 0.002
@@ -119,40 +119,45 @@ def _gives_way(span: np.ndarray, length: float, shown: bool, fresh: bool, margin
 
 
 @njit
-def _refresh(pool: Pool, q: int, stamp: float) -> None:
+def _refresh(pool: Pool, q: int, stamp: float, stands: bool) -> None:
     pool.seen[q], pool.times_contradicted[q], pool.fresh[q] = stamp, 0, True
+    pool.stands[q] = pool.stands[q] or stands
 
 
 @njit
-def _add(pool: Pool, k: int, cuts: Cuts, m: int, stamp: float, solid_behind: bool, seen_free: bool) -> None:
+def _add(
+    pool: Pool, k: int, cuts: Cuts, m: int, stamp: float, solid_behind: bool, seen_free: bool, stands: bool
+) -> None:
     pool.pieces[k], pool.normals[k] = cuts.pieces[m], cuts.normals[m]
     pool.solid_behind[k], pool.seen_free_behind[k] = solid_behind and not seen_free, seen_free
-    pool.kept[k] = True
-    _refresh(pool, k, stamp)
+    pool.kept[k], pool.stands[k] = True, stands
+    _refresh(pool, k, stamp, stands)
 
 
 @njit
 def _merge_piece(
-    pool: Pool, k: int, buckets: Buckets, cuts: Cuts, m: int, stamp: float, seen_free: bool, margin: float
+    pool: Pool, k: int, buckets: Buckets, cuts: Cuts, m: int, sight: Sight, seen_free: bool, margin: float
 ) -> int:
     """Refreshes the piece that shows number m of the scan already, else adds that in place of those that give way."""
-    piece, solid, shown = cuts.pieces[m], cuts.inner[m], False
+    piece, solid, shown, stamp = cuts.pieces[m], cuts.inner[m], False, sight.stamp
+    stands = has_stood(sight, *middle(piece))
     length = math.sqrt((piece[2] - piece[0]) ** 2 + (piece[3] - piece[1]) ** 2)
     numbers, spans = _beside(pool, buckets, piece, cuts.normals[m], length)
     for i, q in enumerate(numbers):
         if _shows_all(spans[i], length):
             pool.solid_behind[q] = pool.solid_behind[q] or (solid and not seen_free and not pool.seen_free_behind[q])
-            _refresh(pool, q, stamp)
+            _refresh(pool, q, stamp, stands)
             shown = True
     for i, q in enumerate(numbers):
         if _gives_way(spans[i], length, shown, pool.fresh[q], margin):
             pool.kept[q] = False
             solid, seen_free = solid or pool.solid_behind[q], seen_free or pool.seen_free_behind[q]
+            stands = stands or pool.stands[q]
         elif _is_same(spans[i]):
-            _refresh(pool, q, stamp)
+            _refresh(pool, q, stamp, stands)
     if shown:
         return k
-    _add(pool, k, cuts, m, stamp, solid, seen_free)
+    _add(pool, k, cuts, m, stamp, solid, seen_free, stands)
     _put(buckets, piece, k)
     return k + 1
 
@@ -174,5 +179,5 @@ def merge_scan(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, r
         if is_edge_on(cuts.pieces[m], cuts.normals[m], sight):
             continue
         seen_free = cuts.inner[m] and is_seen_free_behind(cuts.pieces[m], cuts.normals[m], rows, sight, nodes)
-        count = _merge_piece(pool, count, buckets, cuts, m, sight.stamp, seen_free, margin)
+        count = _merge_piece(pool, count, buckets, cuts, m, sight, seen_free, margin)
     return count

@@ -25,7 +25,9 @@ from collplan_core.time_to_goal_planner.boundary_memory.merging import merge_sca
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, Sight, middle, pool_of, sight_of
 
-NO_ROWS = np.zeros(0)
+DEEPER = 0.04
+"""What has stood is forgotten only so much deeper within the place of a mover: walls stand beside it [m]."""
+NO_ROWS, NONE = np.zeros(0), np.zeros(0, bool)
 
 
 def remember(
@@ -49,9 +51,10 @@ def remember(
     count_contradictions(pool, count, sight, settings.contradiction)
     drop_seen_free(pool, count, rows, sight)
     _forget_outside(pool, count, nodes)
+    _forget_swept(pool, count, sight.swept)
     count = merge_scan(pool, count, cuts, sight, nodes, rows, settings.contradiction)
     _forget_oldest(pool, settings.max_pieces)
-    renew(nodes, pool, count, memory.solid_behind, rows)
+    renew(nodes, pool, count, memory.solid_behind, memory.stands, rows)
     see_free(nodes, local_map.border, *local_map.position, local_map.half_side)
     return _record(pool, nodes)
 
@@ -66,18 +69,20 @@ def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settin
     walls = np.ascontiguousarray(walls, dtype=float).reshape(-1, 4)
     far = np.abs(walls.reshape(-1, 2) - center).max(initial=0.0) + robot.radius + FAR
     nodes = first_nodes(np.asarray(center), max(0.5 * FIRST_SIDE, far), settings.spacing, robot.radius)
-    everywhere = Sight(np.zeros(0), float(center[0]), float(center[1]), 0.0, 0.0, np.zeros((0, 3)), math.inf, math.inf)
+    no, x, y = np.zeros((0, 3)), float(center[0]), float(center[1])
+    everywhere = Sight(np.zeros(0), x, y, 0.0, 0.0, no, math.inf, math.inf, NONE, no)
     cuts = cut(walls, np.arange(len(walls)), everywhere, settings.spacing, math.inf, 0.0)
     pool = pool_of(_nothing(nodes), len(cuts.pieces))
     pool.pieces[:], pool.normals[:], pool.seen[:], pool.kept[:] = cuts.pieces, cuts.normals, math.inf, True
-    renew(nodes, pool, len(cuts.pieces), np.zeros(0, bool), NO_ROWS)
+    pool.stands[:] = True
+    renew(nodes, pool, len(cuts.pieces), NONE, NONE, NO_ROWS)
     nodes.free[:] = nodes.clearance >= 0.0
     return _record(pool, nodes)
 
 
 def _nothing(nodes: Nodes) -> RememberedBoundaries:
-    no = np.zeros(0, bool)
-    return _record(Pool(np.zeros((0, 4)), np.zeros((0, 2)), no, no, np.zeros(0), np.zeros(0, np.int8), no, no), nodes)
+    no, times = NONE, np.zeros(0, np.int8)
+    return _record(Pool(np.zeros((0, 4)), np.zeros((0, 2)), no, no, np.zeros(0), times, no, no, no), nodes)
 
 
 @njit
@@ -89,6 +94,17 @@ def _forget_outside(pool: Pool, count: int, nodes: Nodes) -> None:
         i, j = nearest_node(grid, mx, my)
         if not (0 <= i < nx and 0 <= j < ny):
             pool.kept[k] = False
+
+
+@njit
+def _forget_swept(pool: Pool, count: int, swept: np.ndarray) -> None:
+    """Forgets what lies where movers were lately: it was a mover's, before that was known."""
+    for k in range(count):
+        x, y = middle(pool.pieces[k])
+        for m in range(len(swept)):
+            reach = swept[m, 2] - (DEEPER if pool.stands[k] else 0.0)
+            if (x - swept[m, 0]) ** 2 + (y - swept[m, 1]) ** 2 < reach * reach:
+                pool.kept[k] = False
 
 
 def _forget_oldest(pool: Pool, most: int) -> None:
@@ -110,4 +126,5 @@ def _record(pool: Pool, nodes: Nodes) -> RememberedBoundaries:
         field,
         pool.seen_free_behind[kept],
         pool.times_contradicted[kept],
+        pool.stands[kept],
     )

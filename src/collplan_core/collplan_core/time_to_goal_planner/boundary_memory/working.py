@@ -6,6 +6,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
+from collplan_core.movers.record import STANDS
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 
@@ -24,6 +25,7 @@ class Pool(NamedTuple):
     seen_free_behind: np.ndarray
     seen: np.ndarray
     times_contradicted: np.ndarray
+    stands: np.ndarray
     kept: np.ndarray
     fresh: np.ndarray
 
@@ -51,6 +53,8 @@ class Sight(NamedTuple):
         beams: (b, 3) where each begins [m] and how much farther it is turned [rad]; (0, 3) where all do at x, y.
         half_side: half the side of the square in which it counts [m].
         stamp: stamp of the scan [s].
+        stands: (b,) whether what each beam met has stood in place.
+        swept: (m, 3) discs x, y, radius in which movers were lately [m].
     """
 
     ranges: np.ndarray
@@ -61,6 +65,8 @@ class Sight(NamedTuple):
     beams: np.ndarray
     half_side: float
     stamp: float
+    stands: np.ndarray
+    swept: np.ndarray
 
 
 class Nodes(NamedTuple):
@@ -95,6 +101,7 @@ def pool_of(memory: RememberedBoundaries, more: int) -> Pool:
         longer(memory.seen_free_behind),
         longer(memory.seen),
         longer(memory.times_contradicted),
+        longer(memory.stands),
         np.arange(n) < len(memory.pieces),
         np.zeros(n, bool),
     )
@@ -103,7 +110,10 @@ def pool_of(memory: RememberedBoundaries, more: int) -> Pool:
 def sight_of(local_map: LocalMap) -> Sight:
     """The scan that a local map was built from."""
     x, y, first, step = (float(value) for value in local_map.view_from)
-    return Sight(local_map.view, x, y, first, step, local_map.view_beams, local_map.half_side, local_map.stamp)
+    ranges, kinds = local_map.view, local_map.returns.kinds
+    stands = kinds == STANDS if len(kinds) else np.ones(len(ranges), bool)
+    place = x, y, first, step, local_map.view_beams, local_map.half_side
+    return Sight(ranges, *place, local_map.stamp, stands, local_map.returns.swept)
 
 
 @njit

@@ -1,0 +1,212 @@
+"""Sorts the returns of a scan into what stands, what moves and what is new, and follows what moves.
+
+A return that lies inside the free space of an earlier scan, deeper than a margin, came there by moving. One on a
+surface that an earlier scan showed at the same place stands. All else is new: what comes into view behind a tip, and
+what nothing vouches for.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collplan_core.local_map.seen import SeenSurfaces
+from collplan_core.movers.record import MOVES, NEW, NO_MOVERS, STANDS, Movers, SortedReturns
+from collplan_core.movers.tracks import CONFIRMED, GROWTH_OF_FEW, LEAST_RADIUS, MOST_RADIUS, Track, with_clusters
+from collplan_core.movers.views import View, look_at_each, saw_free, view_of
+from collplan_core.parameters import MoverFinding
+from collplan_core.state import State
+
+AGES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
+"""Ages of the earlier scans compared [s]: short ones show what is fast, long ones what is slow or sets out."""
+FARTHEST = 2.5
+"""Returns beyond are not sorted: an error of the heading moves them by more than the margin [m]."""
+IN_PLACE = 0.03
+"""Distance from an earlier surface within which a return stayed in place [m]."""
+JUMP, SKIPPED = 0.10, 3
+"""Largest distance between neighbouring returns of one mover [m], and largest number of beams from one to the next."""
+RIM, RIM_BEAMS = 0.05, 30
+"""New returns beside a mover, so near to one another [m] and so many at most, are its rim: the margin leaves it out."""
+FEWEST = 2
+"""Returns of a mover: a single one may be mixed from two surfaces, and such a one does lie in free space."""
+MOST_MOVING = 0.35
+"""A scan of which a larger share moves shows a wrong pose."""
+BEFORE_FIRST = (0.0, 0.1, 0.2, 0.3)
+"""A mover's returns were new for so long before its first sight [s]."""
+LOOKED_BACK = (CONFIRMED, 4, 8)
+"""Numbers of sights at which a mover is taken out of what earlier scans vouch for: before it set out, it stood."""
+SEEN_THROUGH = 0.5
+"""A mover's place is seen through where its centre is free to this share of its radius."""
+
+
+@dataclass(frozen=True, eq=False)
+class MoverMemory:
+    """Memory by which the next scan is sorted: earlier views, the oldest first, tracks, and the next track's number."""
+
+    views: tuple[View, ...] = ()
+    tracks: tuple[Track, ...] = ()
+    number: int = 1
+
+
+def find_movers(
+    memory: MoverMemory, seen: SeenSurfaces, state: State, noise: float, finding: MoverFinding
+) -> tuple[SortedReturns, MoverMemory]:
+    """Sorts the returns of a scan, and continues the tracks; returns also the memory for the next scan.
+
+    Args:
+        memory: memory after the scan before.
+        seen: surfaces in the scan.
+        state: the robot at its stamp.
+        noise: standard deviation of a range [m].
+        finding: margin and times.
+    """
+    view = view_of(seen, state.position, noise)
+    away = np.hypot(*(view.hits - view.beams[:, :2]).T)
+    looked = view.is_hit & (away < FARTHEST)
+    moved, stands = _compared(memory.views, view, looked, finding)
+    kinds = np.where(stands, STANDS, NEW)
+    if moved.sum() <= MOST_MOVING * max(int(looked.sum()), 1):
+        moved |= looked & ~stands & _on_tracks(memory.tracks, view)
+        kinds[moved] = MOVES
+    clusters = []
+    for cluster in _clusters(np.flatnonzero(kinds == MOVES), view):
+        if len(cluster) < FEWEST:
+            kinds[cluster] = NEW
+            continue
+        beams = _with_rim(cluster, kinds, view)
+        kinds[beams] = MOVES
+        clusters.append(_disc(beams, view))
+    tracks, number = with_clusters(memory.tracks, memory.number, seen.stamp, clusters)
+    moves = kinds == MOVES
+    still = seen.joined & ~moves & ~np.roll(moves, -1)
+    newest = view._replace(stands=still)
+    tracks = tuple(each for each in tracks if _is_expected(each, newest, finding))
+    known = [track for track in tracks if track.sights >= CONFIRMED]
+    swept = _swept(known)
+    kept = tuple(each for each in memory.views if 0.0 < seen.stamp - each.stamp <= AGES[-1] + 0.2)
+    if any(track.sights in LOOKED_BACK and track.last_seen == seen.stamp for track in known):
+        kept = tuple(_without_surfaces(each, swept) for each in kept)
+    returns = SortedReturns(kinds, _movers(known, seen.stamp, finding), swept)
+    return returns, MoverMemory((*kept, newest), tracks, number)
+
+
+def _compared(
+    views: tuple[View, ...], view: View, looked: np.ndarray, finding: MoverFinding
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) whether each return lies where an earlier scan saw free space, and whether it lies on an old surface."""
+    moved, stands = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
+    if finding.standing_time == 0.0:
+        stands |= looked
+    for earlier in _of_ages(views, view.stamp):
+        old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
+        unsure = ~stands if old else np.zeros(len(looked), bool)
+        free, surface = look_at_each(earlier, view.hits, looked & ~moved, unsure, finding.margin, IN_PLACE)
+        moved |= free
+        stands |= surface
+    return moved, stands & ~moved
+
+
+def _of_ages(views: tuple[View, ...], stamp: float) -> list[View]:
+    """The views whose ages are nearest to AGES, none twice."""
+    if not views:
+        return []
+    ages = stamp - np.array([each.stamp for each in views])
+    wanted = {int(np.argmin(np.abs(ages - age))) for age in AGES if age < ages[0] + 0.03}
+    return [views[i] for i in sorted(wanted)]
+
+
+def _on_tracks(tracks: tuple[Track, ...], view: View) -> np.ndarray:
+    """(n,) whether each return is where a confirmed track is expected: what stops stays a mover."""
+    found = np.zeros(len(view.hits), bool)
+    for track in tracks:
+        if track.sights >= CONFIRMED:
+            center, _ = track.motion_at(view.stamp)
+            found |= np.hypot(*(view.hits - center).T) < track.radius + RIM
+    return found
+
+
+def _clusters(seeds: np.ndarray, view: View) -> list[np.ndarray]:
+    """Runs of beams, around the turn where the scan closes, of which each return is near the one before."""
+    n, runs = len(view.hits), list[list[int]]()
+    for i in seeds.tolist():
+        if runs and _are_near(runs[-1][-1], i, view):
+            runs[-1].append(i)
+        else:
+            runs.append([i])
+    if view.closed and len(runs) > 1 and _are_near(runs[-1][-1] - n, runs[0][0], view):
+        runs[0] = runs.pop() + runs[0]
+    return [np.array(run) for run in runs]
+
+
+def _are_near(i: int, k: int, view: View) -> bool:
+    return k - i <= SKIPPED and bool(np.hypot(*(view.hits[i] - view.hits[k])) < JUMP)
+
+
+def _with_rim(cluster: np.ndarray, kinds: np.ndarray, view: View) -> np.ndarray:
+    """A cluster with the new returns beside it."""
+    beams, n = cluster.tolist(), len(kinds)
+    for onward, end in ((-1, 0), (1, -1)):
+        for _ in range(RIM_BEAMS):
+            last, i = beams[end], beams[end] + onward
+            if not view.closed and not 0 <= i < n:
+                break
+            i %= n
+            if not view.is_hit[i] or kinds[i] != NEW or np.hypot(*(view.hits[i] - view.hits[last])) > RIM:
+                break
+            beams = [i, *beams] if onward < 0 else [*beams, i]
+    return np.array(beams)
+
+
+def _disc(beams: np.ndarray, view: View) -> tuple[np.ndarray, float]:
+    """Centre (2,) and radius [m] of the disc that a cluster shows the front of."""
+    first, last, sensor = view.hits[beams[0]], view.hits[beams[-1]], view.beams[beams[len(beams) // 2], :2]
+    radius = min(max(0.5 * float(np.hypot(*(last - first))), LEAST_RADIUS), MOST_RADIUS)
+    middle = 0.5 * (first + last) - sensor
+    front = float(np.hypot(*(view.hits[beams] - sensor).T).min())
+    return sensor + (front + radius) * middle / max(float(np.hypot(*middle)), 1e-9), radius
+
+
+def _is_expected(track: Track, newest: View, finding: MoverFinding) -> bool:
+    """Returns whether a track goes on: seen lately, and its place not seen through since."""
+    if track.last_seen == newest.stamp:
+        return True
+    if newest.stamp - track.last_seen > finding.kept:
+        return False
+    x, y = track.motion_at(newest.stamp)[0].tolist()
+    return not saw_free(newest, x, y, SEEN_THROUGH * track.radius)
+
+
+def _swept(known: list[Track]) -> np.ndarray:
+    """(m, 3) discs [m] in which movers were: at their sights, and before the first, when their returns were new."""
+    discs = [np.zeros((0, 3))]
+    for track in known:
+        before = [track.motion_at(track.times[0] - age)[0] for age in BEFORE_FIRST]
+        centers = np.vstack([track.centers, *before])
+        discs.append(np.column_stack([centers, np.full(len(centers), track.radius + RIM)]))
+    return np.concatenate(discs)
+
+
+def _without_surfaces(view: View, swept: np.ndarray) -> View:
+    """A view whose surfaces within discs (m, 3) vouch for nothing that stands."""
+    off = np.hypot(*(view.hits[:, None] - swept[:, :2]).T).T
+    return view._replace(stands=view.stands & ~(off < swept[:, 2]).any(axis=1))
+
+
+def _movers(known: list[Track], stamp: float, finding: MoverFinding) -> Movers:
+    if not known:
+        return replace(NO_MOVERS, stamp=stamp)
+    motions = [track.motion_at(stamp) for track in known]
+    return Movers(
+        stamp,
+        np.array([track.number for track in known]),
+        np.array([place for place, _ in motions]),
+        np.array([velocity for _, velocity in motions]),
+        np.array([track.radius for track in known]),
+        np.array([finding.growth + GROWTH_OF_FEW / track.sights for track in known]),
+        np.array([track.last_seen for track in known]),
+    )
+
+
+def warm_up(seen: SeenSurfaces, state: State, finding: MoverFinding) -> None:
+    """Compiles the comparison by two scans of one place, so that the second scan of a node is not late."""
+    _, memory = find_movers(MoverMemory(), seen, state, 0.0, finding)
+    find_movers(memory, seen._replace(stamp=seen.stamp + AGES[1]), state, 0.0, finding)

@@ -1,0 +1,167 @@
+"""What a scan saw to be free and where it saw surfaces, kept to sort the returns of later scans."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.seen import SeenSurfaces
+from collplan_core.local_map.surfaces import HIT
+from collplan_core.sight_lines import place_towards
+
+SIGMAS = 3.0
+"""Deviations of the ranges' noise by which a return must lie within free space."""
+
+
+class View(NamedTuple):
+    """One scan as the polygon of its hits, in the order of its n beams, world frame.
+
+    A beam that measured nothing vouches for nothing: the polygon then runs through the sensor.
+
+    Attributes:
+        stamp: stamp of the scan [s].
+        hits: (n, 2) points met [m], the sensor's place without a hit; is_hit: (n,) whether it met one.
+        stands: (n,) whether the edge from hit i to the next one lies on a surface that is no mover's.
+        beams: (n, 3) x, y [m] and turn beyond `first` [rad] of the sensor at each beam.
+        first: bearing of the first beam; step: angle from beam to beam [rad].
+        closed: whether the first beam follows the last one; not of a sweep, as the sensor has moved on.
+        noise: standard deviation of a range [m].
+    """
+
+    stamp: float
+    hits: np.ndarray
+    is_hit: np.ndarray
+    stands: np.ndarray
+    beams: np.ndarray
+    first: float
+    step: float
+    closed: bool
+    noise: float
+
+
+def view_of(seen: SeenSurfaces, position: np.ndarray, noise: float) -> View:
+    """The view of a scan from its surfaces, the robot's position (2,) [m] and the noise of its ranges [m]."""
+    n, swept = len(seen.kind), len(seen.origins) > 0 and bool(np.ptp(seen.origins[:, :2], axis=0).any())
+    beams = (seen.origins if len(seen.origins) else np.zeros((n, 3))) + np.array([*position, 0.0])
+    is_hit = seen.kind == HIT
+    hits = np.where(is_hit[:, None], seen.hits + position, beams[:, :2])
+    closed = seen.sweep.closed and not swept
+    return View(seen.stamp, hits, is_hit, seen.joined, beams, seen.sweep.first, seen.sweep.step, closed, noise)
+
+
+@njit
+def _corner(view: View, i: int) -> tuple[float, float]:
+    """Corner i of the polygon; the sensor's place beyond the ends of one that does not close."""
+    n = len(view.hits)
+    if view.closed:
+        i = i + n if i < 0 else (i - n if i >= n else i)
+    elif i < 0 or i >= n:
+        k = 0 if i < 0 else n - 1
+        return view.beams[k, 0], view.beams[k, 1]
+    return view.hits[i, 0], view.hits[i, 1]
+
+
+@njit
+def _square_to_edge(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Square of the distance of a point from the edge from a to b [m^2]."""
+    dx, dy = bx - ax, by - ay
+    length2 = dx * dx + dy * dy
+    s = 0.0 if length2 < 1e-18 else min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length2))
+    ex, ey = x - ax - s * dx, y - ay - s * dy
+    return ex * ex + ey * ey
+
+
+@njit
+def _beam_before(view: View, x: float, y: float) -> int:
+    """The last beam before a point, or -1 where none and its successor enclose it, as at the seam of a sweep."""
+    n = len(view.hits)
+    place = int(place_towards(x, y, view.beams, view.first, view.step, n // 2))
+    if place >= n or (place == n - 1 and not view.closed):
+        return -1
+    bearing = math.atan2(y - view.beams[place, 1], x - view.beams[place, 0]) - view.beams[place, 2]
+    off = bearing - view.first - place * view.step
+    off -= 2.0 * math.pi * round(off / (2.0 * math.pi))
+    # of a sweep the two beams have places of their own
+    return place if -view.step < off < 2.0 * view.step else -1
+
+
+@njit
+def _is_free(view: View, place: int, x: float, y: float, margin: float) -> bool:
+    """Returns whether a point between a beam and the next lies in the polygon, farther than a margin from its edges."""
+    n = len(view.hits)
+    if not (view.is_hit[place] and view.is_hit[(place + 1) % n]):
+        return False
+    away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
+    (ax, ay), (bx, by) = _corner(view, place), _corner(view, place + 1)
+    farther = max(
+        math.hypot(ax - view.beams[place, 0], ay - view.beams[place, 1]),
+        math.hypot(bx - view.beams[place, 0], by - view.beams[place, 1]),
+    )
+    if farther - away < margin or (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0:
+        return False
+    width = n // 2 if margin >= away else min(n // 2, int(math.asin(margin / away) / view.step) + 2)
+    if not view.closed and not width <= place < n - width:
+        return False
+    for i in range(place - width, place + width + 1):
+        (ax, ay), (bx, by) = _corner(view, i), _corner(view, i + 1)
+        if _square_to_edge(x, y, ax, ay, bx, by) < margin * margin:
+            return False
+    return True
+
+
+@njit
+def _is_on_surface(view: View, place: int, x: float, y: float, in_place: float) -> bool:
+    """Returns whether a point between a beam and the next lies on a surface that stands."""
+    n = len(view.hits)
+    away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
+    width = n // 2 if in_place >= away else min(n // 2, int(math.asin(in_place / away) / view.step) + 2)
+    for k in range(2 * width + 1):  # from the middle on: it is nearly always there
+        i = place + ((k + 1) // 2 if k % 2 else -(k // 2))
+        if not (view.closed or 0 <= i < n) or not view.stands[i % n]:
+            continue
+        (ax, ay), (bx, by) = _corner(view, i), _corner(view, i + 1)
+        if _square_to_edge(x, y, ax, ay, bx, by) < in_place * in_place:
+            return True
+    return False
+
+
+@njit
+def saw_free(view: View, x: float, y: float, margin: float) -> bool:
+    """Returns whether a view saw a point as free, deeper than a margin [m].
+
+    The margin grows by the noise of ranges, and by the spacing of this view's beams at the point: a tip that stands
+    hides between two of them. The depth counts from every edge: what comes into view behind a tip lies outside of the
+    polygon, and what is near the edge of its shadow is within the margin.
+    """
+    place = _beam_before(view, x, y)
+    if place < 0:
+        return False
+    away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
+    return _is_free(view, place, x, y, margin + SIGMAS * view.noise + view.step * away)
+
+
+@njit
+def look_at_each(
+    view: View, hits: np.ndarray, looked: np.ndarray, unsure: np.ndarray, margin: float, in_place: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Looks at the returns of a later scan.
+
+    Args:
+        hits: (n, 2) points met [m]; `looked` (n,) which of them are looked at.
+        unsure: (n,) for which of them a surface in the same place is looked for.
+        margin: of `saw_free` [m]; `in_place`: largest distance from a surface that is the same place [m].
+
+    Returns:
+        (n,) whether it was seen free there, and (n,) whether a surface that stands was.
+    """
+    free, surface = np.zeros(len(hits), np.bool_), np.zeros(len(hits), np.bool_)
+    for i in range(len(hits)):
+        place = _beam_before(view, hits[i, 0], hits[i, 1]) if looked[i] else -1
+        if place < 0:
+            continue
+        x, y = hits[i, 0], hits[i, 1]
+        away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
+        free[i] = _is_free(view, place, x, y, margin + SIGMAS * view.noise + view.step * away)
+        surface[i] = unsure[i] and _is_on_surface(view, place, x, y, in_place)
+    return free, surface

@@ -1,0 +1,141 @@
+"""What moves, from scans alone: walls never do, a disc that walks is found, followed and left out of the map."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from collplan_core.local_map.seen import seen_surfaces
+from collplan_core.loop.sensed_scans import SensedScans
+from collplan_core.movers.finding import MoverMemory, find_movers
+from collplan_core.movers.record import MOVES, NEW, STANDS, Movers, SortedReturns
+from collplan_core.parameters import Lidar, Settings
+from collplan_core.sensing.instant_lidar import InstantLidar
+from collplan_core.sensing.mover_history import MoverHistory
+from collplan_core.sensing.scan_consistency import range_noise
+from collplan_core.sensing.wall_lines import on_wall_lines
+from collplan_core.state import State
+from collplan_core.time_to_goal_planner.boundary_memory.update import remember
+from collplan_core.worlds import parse_world
+
+SETTINGS = Settings()
+PERIOD = 0.05
+ROOM = parse_world(
+    {
+        "name": "room",
+        "bounds": [0.0, 0.0, 3.0, 2.0],
+        "polygons": [[[1.0, 0.0], [1.1, 0.0], [1.1, 1.0], [1.0, 1.0]]],
+        "circles": [{"center": [2.2, 1.5], "radius": 0.05}],
+    },
+    "room",
+)
+WALK = np.array([0.4, 1.6])
+"""Where a mover begins to walk along x."""
+
+
+def drive(n: int, velocity=(0.0, 0.0), begin=(0.5, 0.4), yaw_rate: float = 0.0) -> list[State]:
+    times = PERIOD * np.arange(n)
+    return [State(t, np.array(begin) + t * np.array(velocity), np.array(velocity), yaw_rate * t) for t in times]
+
+
+def scans_of(states, noise: float = 0.0, seed: int = 0, mover=lambda t: None, radius: float = 0.12):
+    history, scans = MoverHistory(), []
+    lidar = InstantLidar(ROOM, Lidar(range_noise=noise), seed, history)
+    for state in states:
+        place = mover(state.stamp)
+        history.add(state.stamp, np.zeros((0, 3)) if place is None else np.array([[*place, radius]]))
+        scans.append(lidar.scan(state))
+    return scans
+
+
+def sort_all(states, scans) -> list[SortedReturns]:
+    memory, found = MoverMemory(), []
+    for state, scan in zip(states, scans, strict=True):
+        seen = seen_surfaces(on_wall_lines(scan), state, SETTINGS.local_map)
+        returns, memory = find_movers(memory, seen, state, range_noise(scan), SETTINGS.movers)
+        found.append(returns)
+    return found
+
+
+@given(
+    velocity=st.tuples(st.floats(-0.2, 1.0), st.floats(-0.2, 1.0)),
+    yaw_rate=st.floats(-1.0, 1.0),
+    noise=st.sampled_from([0.0, 0.003, 0.01]),
+    seed=st.integers(0, 1000),
+)
+def test_walls_tips_and_posts_never_move(velocity, yaw_rate, noise, seed):
+    states = drive(9, velocity, (0.6, 0.6), yaw_rate)
+    for returns in sort_all(states, scans_of(states, noise, seed)):
+        assert not (returns.kinds == MOVES).any()
+        assert not len(returns.movers)
+
+
+def walks(speed: float, begins: float = 0.3):
+    return lambda t: WALK + np.array([max(0.0, t - begins) * speed, 0.0])
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.6, 1.2])
+def test_a_disc_that_sets_out_is_followed(speed):
+    states, walk = drive(21), walks(speed)
+    found = [returns.movers for returns in sort_all(states, scans_of(states, mover=walk))]
+    known = next(movers.stamp for movers in found if len(movers))
+    assert known <= 0.3 + 0.08 / speed + 0.2
+    last: Movers = found[-1]
+    assert len(last) == 1
+    assert np.hypot(*(last.positions[0] - walk(last.stamp))) < 0.06
+    np.testing.assert_allclose(last.velocities[0], (speed, 0.0), atol=0.25)
+    assert len({int(movers.numbers[0]) for movers in found if len(movers)}) == 1
+
+
+def test_what_stops_stays_a_mover_and_what_is_seen_through_is_gone():
+    def mover(t):
+        return None if t > 5.5 else walks(0.5)(min(t, 1.3))
+
+    states = drive(125)
+    found = sort_all(states, scans_of(states, mover=mover))
+    standing = [returns.movers for returns, state in zip(found, states, strict=True) if 1.0 < state.stamp < 5.5]
+    assert all(len(movers) == 1 for movers in standing)
+    np.testing.assert_allclose(standing[-1].velocities, 0.0, atol=0.02)
+    assert not len(found[-1].movers)
+
+
+def test_a_surface_stands_once_it_stayed_in_place():
+    states = drive(4)
+    kinds = [returns.kinds for returns in sort_all(states, scans_of(states))]
+    assert (kinds[0] == NEW).all()
+    assert (kinds[1] == NEW).all()
+    assert (kinds[2] == STANDS).mean() > 0.95
+
+
+def test_what_comes_into_view_behind_a_tip_is_new_and_stands_soon():
+    states = drive(16, (0.0, 0.8))
+    new = [(returns.kinds == NEW).sum() for returns in sort_all(states, scans_of(states))]
+    assert max(new[5:]) > 0
+    assert max(new[3:]) < 60
+
+
+def test_the_map_and_the_memory_are_without_what_moves():
+    sensed, states, walk = SensedScans(0.5), drive(24), walks(0.6)
+    memory, seen_there = None, []
+    for state, scan in zip(states, scans_of(states, mover=walk), strict=True):
+        sensed.take_pose(state, state.stamp, SETTINGS)
+        assert [reason for reason, _ in sensed.take_scan(scan, state.stamp, SETTINGS)] == [""]
+        placed = sensed.newest_mapped(SETTINGS)
+        memory = remember(memory, placed.local_map, SETTINGS.robot, SETTINGS.remembered)
+        middles = 0.5 * (memory.pieces[:, :2] + memory.pieces[:, 2:])
+        seen_there.append(int((np.abs(middles[:, 1] - WALK[1]) < 0.11).sum()))
+    assert len(sensed.movers) == 1
+    away = np.hypot(*(placed.local_map.walls[:, :2] - walk(state.stamp)).T)
+    assert away.min() > 0.12
+    inner = (middles > 0.05).all(axis=1) & (middles < (2.95, 1.95)).all(axis=1) & (middles[:, 0] < 0.95)
+    assert not (inner & (middles[:, 1] > 1.2)).any()
+
+
+def test_a_mover_that_covers_much_of_the_view_holds_no_scan():
+    sensed, states = SensedScans(0.5), drive(30)
+    scans = scans_of(states, mover=lambda t: np.array([0.5 + max(0.0, 0.9 - 0.6 * t), 0.75]), radius=0.2)
+    reasons = []
+    for state, scan in zip(states, scans, strict=True):
+        sensed.take_pose(state, state.stamp, SETTINGS)
+        reasons += [reason for reason, _ in sensed.take_scan(scan, state.stamp, SETTINGS)]
+    assert reasons == [""] * len(states)
