@@ -22,7 +22,7 @@ class Command:
         yaw_rate: [rad/s].
         maneuver: one of MANEUVERS, or HAND.
         reference: (2,) position tracked now [m, world frame]; NaN when stopped or driven by hand.
-        reason: reason why the robot is stopped, empty otherwise.
+        reason: reason why the robot is stopped, or slower than it was to be; empty otherwise.
     """
 
     velocity: np.ndarray

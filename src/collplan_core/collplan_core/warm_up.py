@@ -7,13 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from collplan_core.command import FREE_SPACE, Command
 from collplan_core.control.follow import ControllerMemory, boundary_reference, follow
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop import motion_watch
 from collplan_core.loop.delay_prediction import motion_under_way
+from collplan_core.loop.mover_guard import Surroundings, kept_off
+from collplan_core.loop.sensed_scans import PlacedScan
 from collplan_core.movers import finding
+from collplan_core.movers.record import NO_MOVERS
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
@@ -43,6 +47,9 @@ def warm_up() -> None:
     finding.warm_up(seen_surfaces(scan, state, settings.local_map), state, settings.movers)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
     motion_under_way(state, np.zeros((1, 3)), 0.01, 0.01, local_map, settings)
+    onto = Command(np.array([settings.robot.max_speed, 0.0]), 0.0, FREE_SPACE, np.zeros(2))
+    wary = settings.with_values({"limits.emerging_speed": settings.robot.max_speed})
+    kept_off(onto, state, Surroundings(NO_MOVERS, PlacedScan(scan, state, local_map)), wary)
     for strategy in ("high_risk", "harness"):
         chosen, planner = settings.with_values({"planner.strategy": strategy}), planner_for(strategy)
         plan, memory = planner.plan(None, local_map, state, world.goal, chosen)

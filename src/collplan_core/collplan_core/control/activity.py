@@ -54,6 +54,8 @@ def describe(command: Command, plan: Plan | None, now: float) -> Activity:
         return Activity(STOPPED, f"stands still: {command.reason}")
     if command.maneuver == HAND:
         return Activity(HAND, "is driven by hand")
+    if command.reason:
+        return Activity(TRACK, f"follows the plan slowly: {command.reason}")
     if command.maneuver in MANEUVER_REASONS:
         return Activity(MANEUVER, MANEUVER_REASONS[command.maneuver])
     touched = None if plan is None else _touched_now(plan.contacts, now)

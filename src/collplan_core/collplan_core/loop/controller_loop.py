@@ -5,7 +5,8 @@ one on, so that it stands when they end. Otherwise the command is zero unless a 
 plan are fresh, and the robot is within the fence. Where that was not so for LONGEST_FAULT, where it moves late or
 against its commands, or where it was carried, the robot is held until there is a new goal or a person calls resume. A
 plan is followed once the pose it begins at and a scan of then or before have come, with the local map of the newest
-such scan.
+such scan. `mover_guard` checks every command last, a person's above limits.blind_speed too: the robot does not drive
+into what moves. Waiting for that is no reason to hold the robot.
 """
 
 from collections.abc import Callable
@@ -24,6 +25,7 @@ from collplan_core.local_map import LocalMap
 from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
+from collplan_core.loop.mover_guard import Surroundings, kept_off
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
@@ -227,12 +229,17 @@ class ControllerLoop:
             # until a person resumes: at a constant speed turned motion does not show, and is as wrong
             self._mistrusted = self.motion.verdict.reason
         self._adopt()
-        hand = self._hand
+        hand, integral = self._hand, self._memory.integral
         if hand is not None and overrides(hand, local, self._settings.limits):
-            command = self._override(hand, local)
+            command = self._kept_off(self._override(hand, local), local)
+            self.override_trouble = self.override_trouble or command.reason
         else:
             self.override_trouble = ""
-            command = self._planned_command(local)
+            wanted = self._planned_command(local)
+            command = self._kept_off(wanted, local)
+            if command is not wanted:
+                # the position is off the reference because the robot waits, not because something pushes it
+                self._memory = replace(self._memory, integral=integral)
         self.motion.commanded(command, local)
         self._keep(command, local)
         self._sent = command
@@ -268,17 +275,34 @@ class ControllerLoop:
             self._memory = ControllerMemory(heading=self._memory.heading)
             return stopped(reason)
         settings = self._settings
-        delay = delay_in_use(settings.robot, self.motion.verdict.delay)
-        if delay > 0.0:
-            ahead = now + delay - state.stamp
-            state = motion_under_way(state, self._commands, delay, ahead, followed.local_map, settings).end
-            now = state.stamp
+        state, now = self._when_it_acts(state, now, followed.local_map)
         command, self._memory = follow(self._memory, followed.plan, followed.local_map, state, now, settings)
         clipped = clip_command(command.velocity, command.yaw_rate, settings.robot, settings.limits)
         if clipped is None:
             self.refusals.add("command", f"{command.velocity.tolist()} m/s, {command.yaw_rate} rad/s")
             return stopped("the command is not finite or far beyond the limits")
         return replace(command, velocity=clipped[0], yaw_rate=clipped[1])
+
+    def _when_it_acts(self, state: State, now: float, local_map: LocalMap) -> tuple[State, float]:
+        """The robot when a command that is sent now acts, and the time then [s]; without a delay the newest pose."""
+        delay = delay_in_use(self._settings.robot, self.motion.verdict.delay)
+        if delay <= 0.0:
+            return state, now
+        ahead = now + delay - state.stamp
+        state = motion_under_way(state, self._commands, delay, ahead, local_map, self._settings).end
+        return state, state.stamp
+
+    def _kept_off(self, command: Command, local: float) -> Command:
+        """The command after the check against what moves; as it is where poses or scans show nothing by now."""
+        settings, sensed = self._settings, self._inputs.sensed
+        state, now = self._inputs.state, self._inputs.now(local)
+        nothing = len(sensed.movers) == 0 and settings.limits.emerging_speed == 0.0
+        if nothing or state is None or now is None or self._inputs.why_stale(local, settings.limits):
+            return command
+        placed = sensed.newest_mapped(settings)
+        if placed is not None:
+            state, now = self._when_it_acts(state, now, placed.local_map)
+        return kept_off(command, replace(state, stamp=now), Surroundings(sensed.movers, placed), settings)
 
     def _why_still(self, local: float) -> str:
         """Returns the reason why the robot must not move now, "" where it may; a reason that lasts holds the robot."""

@@ -14,7 +14,7 @@ from nav_msgs.msg import Path
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty, String
 
-from collplan_core.command import HAND, stopped
+from collplan_core.command import HAND, STOPPED, stopped
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, MoverFinding, Robot, ScanInput, Settings
 from collplan_core.plan import Plan
@@ -160,9 +160,10 @@ class ControllerNode(GraphNode):
         if self._outputs.command.maneuver == HAND:
             slowly = f", slowly: {override_trouble}" if override_trouble else ""
             return Health(WARN if override_trouble else OK, f"driven by hand{slowly}", values)
-        if not self._outputs.command.reason:
-            trouble = self._loop.motion.verdict.reason
-            return Health(WARN, trouble, values) if trouble else Health(OK, "moving", values)
+        if self._outputs.command.maneuver != STOPPED:
+            trouble, slowly = self._loop.motion.verdict.reason, self._outputs.command.reason
+            moving = f"moving slowly: {slowly}" if slowly else "moving"
+            return Health(WARN, trouble, values) if trouble else Health(OK, moving, values)
         troubled = self._loop.goal_active or override_trouble or self._constants.disagreement
         return Health(WARN if troubled else OK, f"standing still: {self._outputs.command.reason}", values)
 

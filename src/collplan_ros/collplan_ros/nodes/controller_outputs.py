@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point, PointStamped
 from rclpy.node import Node
 from std_msgs.msg import Float64, String
 
-from collplan_core.command import HAND, Command, stopped
+from collplan_core.command import HAND, STOPPED, Command, stopped
 from collplan_core.control.activity import Activity, describe
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Settings
@@ -72,7 +72,7 @@ class ControllerOutputs:
     def send(self, command: Command, loop: ControllerLoop, now: float) -> None:
         """Publishes the command of a period at `now` [s, poses' clock], and the topics that change with it."""
         self._cmd_vel.publish(command_to_message(command, now, self._settings))
-        if not command.reason and command.maneuver != HAND:
+        if command.maneuver not in (HAND, STOPPED):
             x, y = command.reference.tolist()
             head = header(now, self._settings.frames.map)
             self._reference.publish(PointStamped(header=head, point=Point(x=x, y=y, z=0.0)))
@@ -105,7 +105,7 @@ class ControllerOutputs:
             return
         self._said, stamp = (activity, is_to_move), None if plan is None else plan.stamp
         self._state.publish(activity_to_message(activity, self.command.maneuver, stamp, is_to_move, self._source))
-        if loop.override_trouble or (self.command.reason and loop.goal_active):
+        if loop.override_trouble or (self.command.maneuver == STOPPED and loop.goal_active):
             self._log.warning(activity.reason)
         else:
             self._log.info(activity.reason)
