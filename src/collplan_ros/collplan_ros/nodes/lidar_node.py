@@ -17,7 +17,7 @@ from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import scan_to_message
-from collplan_ros.messages.mover_markers import movers_from_markers
+from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import described_age
@@ -81,7 +81,8 @@ class LidarNode(GraphNode):
             self._publish(scan)
 
     def _take_movers(self, message: MarkerArray) -> None:
-        self._movers.add(*movers_from_markers(message, self._settings.frames.map))
+        stamp, movers = movers_from_markers(message, self._settings.frames.map)
+        self._movers.add(stamp, movers[:, [0, 1, 4]])
 
     def _scan(self) -> None:
         state = self._state

@@ -171,7 +171,7 @@ class SimulatedMocap:
         self._unsent.append((send_at, pose_to_message(measured, frames.map)))
         movers = self.simulator.movers
         if len(movers):
-            self._mover_publisher.publish(movers_to_markers(stamp, movers[:, [0, 1, 4]], frames.map))
+            self._mover_publisher.publish(movers_to_markers(stamp, movers, frames.map))
         truth = replace(self.simulator.state, stamp=stamp)
         self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base, self.simulator.spin))
 
