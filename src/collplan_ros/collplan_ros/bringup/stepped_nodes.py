@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pkgutil import resolve_name
 from types import FrameType
 from typing import Any
@@ -21,6 +21,7 @@ from rclpy.node import Node
 
 from collplan_ros.bringup.failures import GRAPH_LOST, NodeDied
 from collplan_ros.bringup.options import SIMULATOR
+from collplan_ros.bringup.rendezvous import Place
 from collplan_ros.node_kit.events_executor import events_executor, run_all_due
 
 HANG_LOOKS = 10
@@ -115,6 +116,7 @@ class SteppedNodes:
         watch: HangWatch,
         died: Callable[[str, BaseException], NodeDied],
         in_real_time: bool,
+        place: Place | None = None,
     ) -> None:
         """Makes no node yet.
 
@@ -124,6 +126,7 @@ class SteppedNodes:
             watch: is told of each turn.
             died: makes the error for a node that has raised.
             in_real_time: whether simulated time is at most as fast as real time.
+            place: that of a robot among others in one simulated world, with whose nodes these take turns.
         """
         self.time_runs = False
         self._context = own.context
@@ -132,6 +135,8 @@ class SteppedNodes:
         self._died = died
         self._watch = watch
         self._in_real_time = in_real_time
+        self._place = place
+        self._turn: AbstractContextManager[Any] = nullcontext() if place is None else place.turn
         self._due = self._time = 0.0
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
@@ -140,9 +145,9 @@ class SteppedNodes:
         Raises:
             NodeDied: it cannot be made.
         """
-        died = None
+        died, given = None, {"place": self._place} if name == SIMULATOR and self._place is not None else {}
         try:
-            node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments))
+            node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments), **given)
         except Exception as error:
             died = self._died(name, error)
         if died is not None:
@@ -168,9 +173,14 @@ class SteppedNodes:
         """
         if not self.time_runs:
             time.sleep(STANDING_PERIOD)
-        else:
-            self._grant()
-        self.settle()
+        elif self._in_real_time:
+            ahead = self._due - time.monotonic()
+            time.sleep(max(ahead, 0.0))
+            self._due += max(-ahead - CATCH_UP, 0.0)
+        with self._turn:
+            if self.time_runs:
+                self._grant()
+            self.settle()
 
     def settle(self) -> None:
         """Runs the nodes until none has anything left to do.
@@ -191,10 +201,6 @@ class SteppedNodes:
 
     def _grant(self) -> None:
         before = self._time
-        if self._in_real_time:
-            ahead = self._due - time.monotonic()
-            time.sleep(max(ahead, 0.0))
-            self._due += max(-ahead - CATCH_UP, 0.0)
 
         def grant() -> None:
             self._time = self._nodes[SIMULATOR].grant()
