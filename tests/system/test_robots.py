@@ -1,8 +1,12 @@
 """Two robots in one simulated world, by bringup in this process: they cross, and see each other."""
 
+import json
+import signal
+
 import numpy as np
 import pytest
 import yaml
+from bringup_process import SLOWLY, Run, wait_for
 
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds import load_world
@@ -117,6 +121,18 @@ def test_what_several_robots_cannot_have_is_refused_before_any_starts(room, tmp_
     assert main(given) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.soak
+def test_ctrl_c_ends_both_and_each_run_is_whole(room, tmp_path):
+    with Run(tmp_path / "runs", "--world", str(room), "--robots", "2", "--again", *SLOWLY) as run:
+        wait_for(run.moving)
+        run.process.send_signal(signal.SIGINT)
+        assert run.end() == 0, run.text
+    for name in ("robot1", "robot2"):
+        assert f"{name}: stopped by Ctrl-C" in run.text
+        summary = json.loads((run.out / name / "latest" / "summary.json").read_text())
+        assert summary["outcome"] == "interrupted"
 
 
 def test_movers_and_robots_are_not_in_one_world_yet(room, tmp_path):
