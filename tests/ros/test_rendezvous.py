@@ -1,5 +1,7 @@
 """Robots of one simulated world wait for each other before each step, and for none that has ended."""
 
+import subprocess
+import sys
 import time
 from functools import partial
 
@@ -46,6 +48,24 @@ def test_time_passes_as_one_whoever_is_slow_and_goes_on_when_one_has_ended(slow)
         assert one.state.position.tolist() == other.state.position.tolist()
         # they have met
         assert len(one.take_impacts()) == len(other.take_impacts()) == 1
+
+
+def test_a_callback_of_another_thread_that_does_not_return_ends_the_process():
+    program = """
+import threading, time
+from collplan_ros.bringup import stepped_nodes
+stepped_nodes.LOOK_PERIOD = 0.01
+def hang():
+    watch = stepped_nodes.HangWatch(ends_process=True)
+    with watch.watching():
+        watch.begin("planner_node")
+        time.sleep(60.0)
+thread = threading.Thread(target=hang)
+thread.start()
+thread.join()
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=50, check=False)
+    assert (ended.returncode, ended.stderr) == (3, "bringup: planner_node hangs: its process ends\n")
 
 
 def test_each_is_ready_once_all_are_and_one_that_cannot_start_ends_all():

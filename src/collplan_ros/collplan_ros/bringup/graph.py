@@ -133,7 +133,7 @@ class Graph:
             self.listener.listen_to_logs(self._say_logged)
             self.goals = Goals(node, preparation.settings.frames.map, self.now)
             self._refuse_running_nodes()
-            watch = HangWatch()
+            watch = HangWatch(ends_process=place is not None)
             if preparation.in_one_process:
                 stack.enter_context(watch.watching())
             stack.callback(self._stop_nodes)
@@ -285,6 +285,8 @@ class Graph:
         try:
             self._stop([COMMANDER])
             self.listener.record_to_the_end()
+            if self.stepped is not None:
+                self.stepped.leave_others()
             self._stop([PLANNER])
             self.listener.take_all()
         finally:

@@ -55,7 +55,7 @@ class Rendezvous:
                 self._refused = str(error)
                 raise
             finally:
-                self._leave(number)
+                self.leave(number)
 
         with self.stop_signal.listening(), ThreadPoolExecutor(len(drives)) as pool:
             others = [pool.submit(run_one, number) for number in range(1, len(drives))]
@@ -86,8 +86,8 @@ class Rendezvous:
                 steps = self._steps
                 self.turn.wait_for(lambda: self._steps > steps)
 
-    def _leave(self, number: int) -> None:
-        """A robot whose graph has ended is waited for no longer; its body stays."""
+    def leave(self, number: int) -> None:
+        """Waits for a robot no longer, as its graph ends; its body stays."""
         with self.turn:
             self._here.discard(number)
             self._step_if_due()
@@ -118,6 +118,10 @@ class Place:
     def all_ready(self) -> bool:
         """Notes that this robot is ready; returns whether all are. Raises StartError as `Rendezvous`."""
         return self._rendezvous.all_ready(self._number)
+
+    def leave(self) -> None:
+        """Waits for this robot no longer."""
+        self._rendezvous.leave(self._number)
 
     def share(self, simulator: Any) -> Callable[[], None]:
         """Puts a simulator among the others; returns what advances all of them by a step, once all ask for it."""

@@ -37,9 +37,13 @@ class Hangs(BaseException):
 
 
 class HangWatch:
-    """Watches the callbacks of the main thread. In another thread it does nothing, as signals do not reach that."""
+    """Watches the callbacks of the main thread. Signals do not reach another one.
 
-    def __init__(self) -> None:
+    There it does nothing, or `ends_process` says that a callback that does not return ends the process.
+    """
+
+    def __init__(self, ends_process: bool = False) -> None:
+        self._ends_process = ends_process
         self._turn, self._name = 0, ""
         self._overdue = -1
         self._ended = threading.Event()
@@ -58,25 +62,27 @@ class HangWatch:
 
         One that does not even get back to Python then, as compiled code may, ends the process.
         """
-        if threading.current_thread() is not threading.main_thread():
+        in_main = threading.current_thread() is threading.main_thread()
+        if not in_main and not self._ends_process:
             yield
             return
-        before = signal.signal(SIGNAL, self._interrupt)
-        thread = threading.Thread(target=self._look, name="hang watch", daemon=True)
+        before = signal.signal(SIGNAL, self._interrupt) if in_main else None
+        thread = threading.Thread(target=self._look, args=(in_main,), name="hang watch", daemon=True)
         thread.start()
         try:
             yield
         finally:
             self._ended.set()
             thread.join()
-            signal.signal(SIGNAL, before)
+            if in_main:
+                signal.signal(SIGNAL, before)
 
-    def _look(self) -> None:
+    def _look(self, in_main: bool) -> None:
         seen, looks = -1, 0
         while not self._ended.wait(LOOK_PERIOD):
             turn = self._turn
             seen, looks = turn, looks + 1 if self._name and turn == seen else 0
-            if looks == HANG_LOOKS:
+            if looks == HANG_LOOKS and in_main:
                 self._overdue = turn
                 signal.pthread_kill(threading.main_thread().ident or 0, SIGNAL)
             elif looks == 2 * HANG_LOOKS:
@@ -160,6 +166,12 @@ class SteppedNodes:
     def let_time_run(self) -> None:
         """Lets simulated time pass in each step from now on; until then it stands still."""
         self.time_runs, self._due = True, time.monotonic()
+
+    def leave_others(self) -> None:
+        """Where there are other robots, lets simulated time pass for them alone from now on."""
+        if self._place is not None:
+            self.time_runs = False
+            self._place.leave()
 
     def now(self) -> float:
         """The time for patience [s]: simulated time once that runs, since nodes may take as long as they need."""
