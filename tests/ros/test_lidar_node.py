@@ -81,7 +81,7 @@ def test_movers_are_scanned_where_the_simulator_says_they_are(ros, tmp_path):
     state = start_of("floor")
     # at the pose's stamp it is between both places
     for ahead, x in ((-0.1, 1.0), (0.1, 1.1)):
-        movers.publish(movers_to_markers(state.stamp + ahead, np.array([[x, 0.5, 0.15]]), "map"))
+        movers.publish(movers_to_markers(state.stamp + ahead, np.array([[x, 0.5, 0.5, 0.0, 0.15]]), "map"))
     assert ros.wait_until(lambda: movers.get_subscription_count() == 1)
     ros.spin(0.3)
     bench.send(state)

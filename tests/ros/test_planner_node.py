@@ -1,6 +1,8 @@
 """What planner_node hears and publishes, with a fake robot that stands in a hall."""
 
 import math
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Path
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
@@ -15,16 +18,22 @@ from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
+from collplan_core.deadline import never
+from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.loop.sensed_scans import SensedScans
+from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.parameters import Settings
 from collplan_core.planners import BUDGET_SHARE, deadlines
 from collplan_ros.messages.cloud_reading import compared_from_message, plan_from_message, seen_from_message
 from collplan_ros.messages.conversions import goal_to_message, impact_to_message
+from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.planner_clouds import FREE_SPACE
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import PlannerNode
+from collplan_ros.nodes.planner_outputs import PlannerOutputs
 from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 
@@ -90,6 +99,25 @@ def bench(ros):
 
 def values_of(message) -> dict[str, str]:
     return {each.key: each.value for each in message.status[0].values}
+
+
+def test_movers_are_published_once_a_scan_and_once_that_there_are_none(ros):
+    node, heard = ros.make(partial(Node, "named")), ros.listen(MarkerArray, "movers", EVENT)
+    sensed, settings = SensedScans(1.0), Settings()
+    loop, outputs = PlannerLoop(settings, lambda _: never, sensed=sensed), PlannerOutputs(node)
+    still_and_moving, two = np.array([[0.0, 0.0], [0.5, -0.3]]), np.ones(2)
+    found = Movers(5.0, np.array([3, 7]), np.ones((2, 2)), still_and_moving, 0.1 * two, two, 5.0 * two)
+    assert ros.wait_until(lambda: node.count_subscribers("/movers") == 1)
+    for movers in (NO_MOVERS, found, found, replace(found, stamp=5.1), NO_MOVERS, NO_MOVERS):
+        sensed.movers = movers
+        outputs.take((), loop, 0.0, 0.0, settings)
+    assert ros.wait_until(lambda: len(heard) == 3)
+    ros.spin(0.1)
+    (stamp, rows), (later, _), (end, none) = (movers_from_markers(message, "map") for message in heard)
+    assert (stamp, later, end) == (5.0, 5.1, 5.1)
+    np.testing.assert_allclose(rows, [[1.0, 1.0, 0.0, 0.0, 0.1], [1.0, 1.0, 0.5, -0.3, 0.1]])
+    assert {marker.id for marker in heard[0].markers[1:]} == {3, 7}
+    assert len(none) == 0
 
 
 def test_a_goal_becomes_plans_with_what_belongs_to_them_until_the_robot_arrives(ros, bench):

@@ -13,12 +13,14 @@ from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 from websockets.sync.client import connect
 
 from collplan_core.impact import Impact
 from collplan_core.parameters import Planning, Robot, Simulation
 from collplan_core.plan import Candidates, Contacts, timed_path
 from collplan_ros.messages.conversions import goal_to_message, header
+from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, impact_to_cloud, plan_to_message, seen_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
 from collplan_ros.messages.raw_writing import plan_to_path
@@ -127,6 +129,17 @@ def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
     }  # fmt: skip
     assert [each["cost"] for each in bench.parts["rollouts"]] == [1.25, 3.5]
     assert bench.parts["free"] == [1000, 0, 0, 1000]
+
+
+def test_movers_true_and_found(ros, bench):
+    rows = np.array([[1.0, 0.5, -0.4, 0.2, 0.15]])
+    for topic, movers in (("ground_truth/movers", rows), ("movers", rows[:0])):
+        publisher = ros.publisher(MarkerArray, topic, EVENT)
+        assert ros.wait_until(lambda publisher=publisher: publisher.get_subscription_count() == 1)
+        publisher.publish(movers_to_markers(7.5, movers, "map"))
+    assert bench.shows(lambda parts: {"movers", "found"} <= parts.keys())
+    assert bench.parts["movers"] == {"stamp": 7.5, "at": [1000, 500, -400, 200, 150]}
+    assert bench.parts["found"] == {"stamp": 7.5, "at": []}
 
 
 def test_impacts_costs_periods_what_the_controller_does_and_what_holds_the_robot(ros, bench):

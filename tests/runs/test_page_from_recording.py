@@ -8,6 +8,7 @@ pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray
 
 from collplan_core.plan import Candidates
+from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
 from collplan_ros.run.page import write_run_page
 from made_runs import EPOCH
@@ -43,9 +44,20 @@ def sent_in_a_run():
     yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/robot2/mocap_node", b"\2", "another robot's")])
 
 
+MOVER = np.array([[0.4, 0.2, -0.5, 0.25, 0.12]])
+
+
+def movers_in_a_run():
+    """Topic, time of the run [s] and message: a true mover, which the planner has found for a while."""
+    for time in (0.2, 0.4, 0.6):
+        yield "ground_truth/movers", time, movers_to_markers(EPOCH + time, MOVER, "map")
+    yield "movers", 0.45, movers_to_markers(EPOCH + 0.4, MOVER, "map")
+    yield "movers", 0.65, movers_to_markers(EPOCH + 0.6, np.zeros((0, 5)), "map")
+
+
 def played(parent):
     """What the page is given of a run in the namespace robot1."""
-    said = [(77.0 + time, topic, message) for topic, time, message in sent_in_a_run()]
+    said = [(77.0 + time, topic, message) for topic, time, message in [*sent_in_a_run(), *movers_in_a_run()]]
     folder = played_folder(parent, strategy="bounce", said=said, namespace="/robot1")
     return recording_in(write_run_page(folder).read_text())
 
@@ -62,6 +74,16 @@ def test_what_the_planner_saw_and_remembered_is_shown_from_when_it_came(recordin
         (shown,) = (frame for frame in frames if part in frame)
         assert shown["t"] == pytest.approx(0.3 - ZERO, abs=0.05)
         assert shown[part] == np.rint(1e3 * LAYERS[layer]).astype(int).ravel().tolist()
+
+
+def test_movers_are_shown_as_they_are_and_as_the_planner_has_found_them(recording):
+    frames = recording["frames"]
+    seen = [400, 200, -500, 250, 120]
+    assert newest(frames, "movers", 0.5 - ZERO) == {"stamp": pytest.approx(0.4 - ZERO, abs=0.011), "at": seen}
+    assert newest(frames, "found", 0.5 - ZERO) == {"stamp": pytest.approx(0.4 - ZERO, abs=0.011), "at": seen}
+    assert newest(frames, "movers", 9.0)["at"] == seen
+    assert newest(frames, "found", 9.0)["at"] == []
+    assert not any("found" in frame for frame in frames if frame["t"] < 0.4 - ZERO)
 
 
 def test_what_was_compared_is_shown_with_its_terms(recording):

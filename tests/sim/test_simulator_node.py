@@ -19,7 +19,8 @@ from visualization_msgs.msg import MarkerArray
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import Mover, WorldError, load_world, save_world
 from collplan_core.worlds.movers import place_at
-from collplan_ros.messages.mover_markers import movers_from_markers, movers_to_markers
+from collplan_ros.messages.mover_markers import movers_to_markers
+from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, EVERY_ONE, NEWEST, POSE_SUBSCRIBED
 from collplan_ros.messages.reading import MessageError
 from omnipuck_sim.node.simulator_node import SimulatorNode
@@ -122,10 +123,11 @@ def test_movers_are_published_with_the_stamps_of_the_truth(ros, tmp_path):
     b.until(lambda: len(heard) > 30)
     stamps = {seconds(odometry.header.stamp) for odometry in b.odometry}
     for message in heard:
-        stamp, discs = movers_from_markers(message, "map")
-        np.testing.assert_allclose(discs, [[*place_at(mover, stamp), 0.15]], atol=1e-6)
+        stamp, movers = movers_from_markers(message, "map")
+        np.testing.assert_allclose(movers[:, [0, 1, 4]], [[*place_at(mover, stamp), 0.15]], atol=1e-6)
+        assert movers[0, 2:4].tolist() in ([0.0, 0.0], pytest.approx([0.5, 0.0]))
     assert len(stamps & {seconds(message.markers[0].header.stamp) for message in heard}) > 20
-    for bad in (MarkerArray(), movers_to_markers(1.0, np.array([[0.0, np.nan, 0.1]]), "map")):
+    for bad in (MarkerArray(), movers_to_markers(1.0, np.array([[0.0, np.nan, 0.0, 0.0, 0.1]]), "map")):
         with pytest.raises(MessageError, match="markers: "):
             movers_from_markers(bad, "map")
 

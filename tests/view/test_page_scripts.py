@@ -6,6 +6,7 @@ import subprocess
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
 import pytest
 
 from collplan_ros.run.page.one_file import page_script
@@ -107,3 +108,35 @@ def test_a_jump_shows_what_playing_would_have_shown(play):
             assert merged == expected
             kept = {"t", "robot", "trail", "costs", "periods"}
             assert history == [{part: frame[part] for part in frame if part in kept} for frame in passed]
+
+
+# ---- what is drawn
+
+DRAWN = """
+import { LAYERS, Picture } from "./layers.js";
+import { Colors } from "./colors.js";
+const arcs = [];
+const lines = [];
+const ctx = new Proxy({ arc: (...to) => arcs.push(to), lineTo: (...to) => lines.push(to) }, {
+  get: (to, name) => to[name] ?? (() => {}),
+  set: () => true,
+});
+const view = { scale: 0.1, sx: (x) => 0.1 * x, sy: (y) => -0.1 * y };
+const picture = new Picture(ctx, view, new Colors(false), { parts: input.parts }, input.now);
+LAYERS.find((layer) => layer.id === "movers").draw(picture);
+const result = { arcs, lines };
+"""
+
+
+@pytest.mark.parametrize(("now", "moved"), [(2.0, 0.0), (2.2, 0.2), (9.0, 0.3)])
+def test_what_moves_is_drawn_where_it_is_by_now_with_an_arrow_where_it_moves(run, now, moved):
+    parts = {
+        "movers": {"stamp": 2.0, "at": [1000, 500, -400, 200, 150]},
+        "found": {"stamp": 2.0, "at": [0, 0, 0, 0, 100]},
+    }
+    drawn = run(DRAWN, "layers.js", "colors.js", "geometry.js", given={"parts": parts, "now": now})
+    x, y = 100.0 - 40.0 * moved, -50.0 - 20.0 * moved
+    assert [arc[:3] for arc in drawn["arcs"]] == [pytest.approx([x, y, 15.0]), pytest.approx([0.0, 0.0, 10.0])]
+    # the head of the arrow is half a second ahead
+    assert np.hypot(*(np.array(drawn["lines"]) - [x - 20.0, y - 10.0]).T).min() < 12.0
+    assert run(DRAWN, "layers.js", "colors.js", "geometry.js", given={"parts": {}, "now": now})["arcs"] == []

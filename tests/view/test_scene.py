@@ -77,6 +77,14 @@ def test_beams_that_hit_nothing_leave_no_point():
     assert len(scene.scan(seen, at)) == 4
 
 
+@QUICK
+@given(st.lists(st.tuples(LENGTHS, LENGTHS, LENGTHS, LENGTHS, st.floats(0.01, 10.0)), max_size=5))
+def test_movers_are_drawn_as_they_are_and_move(rows):
+    part = through_json(scene.movers(12.3456, np.array(rows).reshape(-1, 5)))
+    assert part["stamp"] == 12.346
+    np.testing.assert_allclose(np.array(part["at"]) / 1000.0, np.array(rows).ravel(), atol=HALF + 1e-9)
+
+
 def test_a_world_is_drawn_whole():
     for name in (*arena_names(), "serpentine:2", "pillars:1", "random:3"):
         place = load_world(name)

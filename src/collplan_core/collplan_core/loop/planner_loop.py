@@ -29,6 +29,7 @@ from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.progress import Progress
 from collplan_core.loop.recovery import Recovery
 from collplan_core.loop.sensed_scans import PlacedScan, SensedScans
+from collplan_core.movers.record import Movers
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
@@ -106,6 +107,11 @@ class PlannerLoop:
     def recovery_tries(self) -> int:
         """Number of times the robot was stuck on its way to the newest goal."""
         return self._recovery.tries
+
+    @property
+    def movers(self) -> Movers:
+        """What moves around the robot, by the scans so far."""
+        return self._inputs.sensed.movers
 
     # ---- inputs
 

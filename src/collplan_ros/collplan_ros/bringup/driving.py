@@ -30,8 +30,9 @@ from collplan_ros.bringup.graph import LATE, Graph
 from collplan_ros.bringup.lidar_place import with_lidar_place
 from collplan_ros.bringup.listener import NAME, REST_PATIENCE
 from collplan_ros.bringup.options import COMMANDER, PLANNER, Options
-from collplan_ros.bringup.preparation import prepare
+from collplan_ros.bringup.preparation import Preparation, prepare
 from collplan_ros.bringup.progress import Progress, in_words
+from collplan_ros.bringup.rendezvous import Place
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.states import NUMBERS
 from collplan_ros.messages.status_values import values_of
@@ -56,6 +57,7 @@ def wait_until_poses_come(graph: Graph) -> None:
     """
     robot, says = graph.preparation.robot.nodes[0], graph.complaints
     graph.wait(_all_reported(graph), READY_PATIENCE, lambda: says.unready(READY_PATIENCE))
+    graph.wait(graph.all_ready, READY_PATIENCE, lambda: "another robot of this world did not get ready")
     graph.let_time_run()
     twice = seen_more_than(graph.listener.node, Counter([NAME, *graph.preparation.programs]))
     if twice:
@@ -173,12 +175,25 @@ class Bringup:
         NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
-    def __init__(self, options: Options, progress: Progress | None = None) -> None:
-        """Checks everything and makes the run folder."""
+    def __init__(
+        self,
+        options: Options,
+        progress: Progress | None = None,
+        preparation: Preparation | None = None,
+        place: Place | None = None,
+    ) -> None:
+        """Checks everything and makes the run folder.
+
+        Args:
+            options: what is asked for.
+            progress: output for the user.
+            preparation: what was prepared of that already.
+            place: that of a robot among others in one simulated world.
+        """
         self.progress = progress or Progress()
-        self.preparation, self.lidar_place = with_lidar_place(prepare(options))
+        self.preparation, self.lidar_place = with_lidar_place(preparation or prepare(options))
         self.folder = RunFolder(options.out, self.preparation.settings)
-        self.graph = Graph(self.preparation, self.folder, self.progress)
+        self.graph = Graph(self.preparation, self.folder, self.progress, place)
         self._why = ""
 
     def __enter__(self) -> "Bringup":

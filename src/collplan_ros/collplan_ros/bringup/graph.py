@@ -6,7 +6,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Collection
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, nullcontext
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from collplan_ros.bringup.options import COMMANDER, PLANNER, VIEWER
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.processes import ERROR, WARN, NodeLogs, Processes
 from collplan_ros.bringup.progress import Progress, in_words
+from collplan_ros.bringup.rendezvous import Place
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.stepped_nodes import CLASSES, Hangs, HangWatch, SteppedNodes
 from collplan_ros.messages.conversions import goal_to_message
@@ -99,8 +100,13 @@ class Graph:
         NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
-    def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
-        """Prepares the graph, whose files go to `folder`; no process is started before entering."""
+    def __init__(
+        self, preparation: Preparation, folder: RunFolder, progress: Progress, place: Place | None = None
+    ) -> None:
+        """Prepares the graph, whose files go to `folder`; no process is started before entering.
+
+        `place` is that of a robot among others in one simulated world.
+        """
         self.preparation = preparation
         self._logs = NodeLogs(folder.logs)
         self.processes = Processes(self._logs)
@@ -108,14 +114,15 @@ class Graph:
         self.progress = progress
         self.is_ready = False
         self._folder = folder
-        self._stop_signal = StopSignal()
+        self._place = place
+        self._stop_signal = StopSignal() if place is None else place.stop_signal
         self._stack = ExitStack()
         self._commanders_due = 0.0
         self._clients: dict[str, Client] = {}
 
     def __enter__(self) -> "Graph":
-        preparation = self.preparation
-        with ExitStack() as stack:
+        preparation, place = self.preparation, self._place
+        with nullcontext() if place is None else place.turn, ExitStack() as stack:
             stack.enter_context(environment_set(graph_environment(preparation.network, os.environ)))
             if not os.environ.get("ROS_LOG_DIR"):  # the folder of ROS's own logs would need a home
                 stack.enter_context(environment_set({"ROS_LOG_DIR": str(self._folder.logs)}))
@@ -126,7 +133,7 @@ class Graph:
             self.listener.listen_to_logs(self._say_logged)
             self.goals = Goals(node, preparation.settings.frames.map, self.now)
             self._refuse_running_nodes()
-            watch = HangWatch()
+            watch = HangWatch(ends_process=place is not None)
             if preparation.in_one_process:
                 stack.enter_context(watch.watching())
             stack.callback(self._stop_nodes)
@@ -134,7 +141,7 @@ class Graph:
             for name in preparation.programs.keys() - here:
                 self.processes.start(name, preparation.command(name, self._folder))
             if here:
-                self.stepped = SteppedNodes(*self.listener.spun, watch, self._died, preparation.in_real_time)
+                self.stepped = SteppedNodes(*self.listener.spun, watch, self._died, preparation.in_real_time, place)
                 self.listener.spin_with(self.stepped, self._logs)
                 for name in here:
                     self.stepped.start(name, preparation.arguments(name, self._folder))
@@ -200,6 +207,14 @@ class Graph:
     def now(self) -> float:
         """The time for patience [s]."""
         return self.listener.now()
+
+    def all_ready(self) -> bool:
+        """Notes that time may run here; returns whether it may, as every other robot of its world is ready too.
+
+        Raises:
+            StartError: one of those could not be started.
+        """
+        return self._place is None or self._place.all_ready()
 
     def let_time_run(self) -> None:
         """Lets simulated time pass from now on, where it waits for the nodes; before, it stands still."""
@@ -270,6 +285,8 @@ class Graph:
         try:
             self._stop([COMMANDER])
             self.listener.record_to_the_end()
+            if self.stepped is not None:
+                self.stepped.leave_others()
             self._stop([PLANNER])
             self.listener.take_all()
         finally:

@@ -1,11 +1,13 @@
 """Entry point of bringup: starts a robot and its nodes, gives the goal, monitors the run, and writes the run folder."""
 
+import os
 import shlex
 import signal
 import sys
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +26,12 @@ from collplan_ros.bringup.failures import (
     Interrupted,
     StartError,
 )
+from collplan_ros.bringup.network import environment_set, graph_environment
 from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.rendezvous import Rendezvous
+from collplan_ros.bringup.robots import NamedProgress, prepare_robots
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
@@ -35,17 +40,25 @@ from collplan_ros.run.result_files import PICTURE, Results, counted_impacts, wri
 from collplan_ros.run.whole_file import RecordError, RunError, replacing
 
 
-def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "") -> Results:
+def write_results(
+    run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "", repeat: str | None = None
+) -> Results:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
 
-    `reason` explains its end; empty where the outcome suffices.
+    `reason` explains its end; empty where the outcome suffices. `repeat` is the command line that repeats it, where
+    that is not this robot's own.
 
     Raises:
         RecordError: a file cannot be written.
     """
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    said = {"reason": reason, "repeat": repeating(preparation.asked, run.folder / PARAMETERS, goal)}
+    said = {"reason": reason, "repeat": repeat or repeating_run(run.folder, preparation)}
     return write_result_files(run.folder, run.log, world, goal, settings, outcome, said)
+
+
+def repeating_run(folder: Path, preparation: Preparation) -> str:
+    """Returns the command line that repeats the run in a folder."""
+    return repeating(preparation.asked, folder / PARAMETERS, preparation.goal)
 
 
 def repeating(asked: Sequence[str], parameters: Path, goal: np.ndarray) -> str:
@@ -108,31 +121,66 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
         StartError: the request cannot be fulfilled; nothing was started.
     """
     bringup = Bringup(options, progress)
+    with closing(bringup.folder):
+        _complete_earlier(bringup, options)
+        return _finished(bringup, options, *_driven(bringup, options))
+
+
+def run_robots(options: Options) -> list[RunResult]:
+    """Performs the runs of several robots in one simulated world, until all have ended.
+
+    Raises:
+        StartError: the request cannot be fulfilled; nothing was started.
+    """
+    robots = prepare_robots(options)
+    rendezvous = Rendezvous([preparation.ends[-1] for _, preparation in robots])
+    crew, network = [], robots[0][1].network
+    with ExitStack() as stack:
+        # as each graph sets it, and restores it, in its own time
+        stack.enter_context(environment_set(graph_environment(network, os.environ)))
+        for number, ((own, preparation), place) in enumerate(zip(robots, rendezvous.places(), strict=True), 1):
+            progress = NamedProgress(f"robot{number}", shows=number == 1)
+            bringup = Bringup(own, progress, preparation, place)
+            stack.enter_context(closing(bringup.folder))
+            _complete_earlier(bringup, own)
+            crew.append((bringup, own))
+        ends = rendezvous.run([partial(_driven, *each) for each in crew])
+        first = crew[0][0]
+        return [_finished(each, own, *end, first) for (each, own), end in zip(crew, ends, strict=True)]
+
+
+def _complete_earlier(bringup: Bringup, options: Options) -> None:
+    say = bringup.progress.say
+    try:
+        completed = complete_newest(options.out, say)
+    except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
+        completed = f"an earlier run could not be completed: {error}"
+    if completed:
+        say(completed)
+
+
+def _finished(
+    bringup: Bringup, options: Options, outcome: str, exit_code: int, message: str, first: Bringup | None = None
+) -> RunResult:
+    """Writes the results of a run that has ended; `first` is the first robot's, whose request repeats all runs."""
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
-    with closing(folder):
-        try:
-            completed = complete_newest(options.out, say)
-        except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
-            completed = f"an earlier run could not be completed: {error}"
-        if completed:
-            say(completed)
-        outcome, exit_code, message = _driven(bringup, options)
-        say("writing the results ...")
-        try:
-            with StopSignal().listening():  # another Ctrl-C does not cost what is written now
-                recorded = read_run(folder.path)
-                results = write_results(recorded, preparation, outcome, message)
-        except (RecordError, RunError, OSError) as error:
-            say(f"{error}; what was recorded until then is in {folder.recording}")
-            return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
-        result = RunResult(outcome, exit_code, message, folder.path, results.summary)
-        try:
-            for missing in make_pictures(recorded, results, preparation) if options.pictures else ():
-                say(missing)
-        except KeyboardInterrupt:
-            say(_conclusion(result))
-            raise
-        return result
+    say("writing the results ...")
+    try:
+        with StopSignal().listening():  # another Ctrl-C does not cost what is written now
+            recorded = read_run(folder.path)
+            repeat = None if first is None else repeating_run(first.folder.path, first.preparation)
+            results = write_results(recorded, preparation, outcome, message, repeat)
+    except (RecordError, RunError, OSError) as error:
+        say(f"{error}; what was recorded until then is in {folder.recording}")
+        return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
+    result = RunResult(outcome, exit_code, message, folder.path, results.summary)
+    try:
+        for missing in make_pictures(recorded, results, preparation) if options.pictures else ():
+            say(missing)
+    except KeyboardInterrupt:
+        say(_conclusion(result))
+        raise
+    return result
 
 
 def _driven(bringup: Bringup, options: Options) -> tuple[str, int, str]:
@@ -196,16 +244,20 @@ def main(args: Sequence[str] | None = None) -> int:
     options = parse(args)
     progress = Progress()
     try:
-        if options.check:
+        if options.robots != 1:
+            results = run_robots(options)
+        elif options.check:
             return check(options, progress)
-        result = run(options, progress)
+        else:
+            results = [run(options, progress)]
     except StartError as error:
         print(f"bringup: {error}", file=sys.stderr)
         return NOT_STARTED
     except KeyboardInterrupt:  # a second Ctrl-C, while the pictures are drawn
         return 130
-    progress.say(_conclusion(result))
-    return result.exit_code
+    for result in results:
+        progress.say(_conclusion(result))
+    return max(result.exit_code for result in results)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pkgutil import resolve_name
 from types import FrameType
 from typing import Any
@@ -21,6 +21,7 @@ from rclpy.node import Node
 
 from collplan_ros.bringup.failures import GRAPH_LOST, NodeDied
 from collplan_ros.bringup.options import SIMULATOR
+from collplan_ros.bringup.rendezvous import Place
 from collplan_ros.node_kit.events_executor import events_executor, run_all_due
 
 HANG_LOOKS = 10
@@ -36,9 +37,13 @@ class Hangs(BaseException):
 
 
 class HangWatch:
-    """Watches the callbacks of the main thread. In another thread it does nothing, as signals do not reach that."""
+    """Watches the callbacks of the main thread. Signals do not reach another one.
 
-    def __init__(self) -> None:
+    There it does nothing, or `ends_process` says that a callback that does not return ends the process.
+    """
+
+    def __init__(self, ends_process: bool = False) -> None:
+        self._ends_process = ends_process
         self._turn, self._name = 0, ""
         self._overdue = -1
         self._ended = threading.Event()
@@ -57,25 +62,27 @@ class HangWatch:
 
         One that does not even get back to Python then, as compiled code may, ends the process.
         """
-        if threading.current_thread() is not threading.main_thread():
+        in_main = threading.current_thread() is threading.main_thread()
+        if not in_main and not self._ends_process:
             yield
             return
-        before = signal.signal(SIGNAL, self._interrupt)
-        thread = threading.Thread(target=self._look, name="hang watch", daemon=True)
+        before = signal.signal(SIGNAL, self._interrupt) if in_main else None
+        thread = threading.Thread(target=self._look, args=(in_main,), name="hang watch", daemon=True)
         thread.start()
         try:
             yield
         finally:
             self._ended.set()
             thread.join()
-            signal.signal(SIGNAL, before)
+            if in_main:
+                signal.signal(SIGNAL, before)
 
-    def _look(self) -> None:
+    def _look(self, in_main: bool) -> None:
         seen, looks = -1, 0
         while not self._ended.wait(LOOK_PERIOD):
             turn = self._turn
             seen, looks = turn, looks + 1 if self._name and turn == seen else 0
-            if looks == HANG_LOOKS:
+            if looks == HANG_LOOKS and in_main:
                 self._overdue = turn
                 signal.pthread_kill(threading.main_thread().ident or 0, SIGNAL)
             elif looks == 2 * HANG_LOOKS:
@@ -115,6 +122,7 @@ class SteppedNodes:
         watch: HangWatch,
         died: Callable[[str, BaseException], NodeDied],
         in_real_time: bool,
+        place: Place | None = None,
     ) -> None:
         """Makes no node yet.
 
@@ -124,6 +132,7 @@ class SteppedNodes:
             watch: is told of each turn.
             died: makes the error for a node that has raised.
             in_real_time: whether simulated time is at most as fast as real time.
+            place: that of a robot among others in one simulated world, with whose nodes these take turns.
         """
         self.time_runs = False
         self._context = own.context
@@ -132,6 +141,8 @@ class SteppedNodes:
         self._died = died
         self._watch = watch
         self._in_real_time = in_real_time
+        self._place = place
+        self._turn: AbstractContextManager[Any] = nullcontext() if place is None else place.turn
         self._due = self._time = 0.0
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
@@ -140,9 +151,9 @@ class SteppedNodes:
         Raises:
             NodeDied: it cannot be made.
         """
-        died = None
+        died, given = None, {"place": self._place} if name == SIMULATOR and self._place is not None else {}
         try:
-            node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments))
+            node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments), **given)
         except Exception as error:
             died = self._died(name, error)
         if died is not None:
@@ -156,6 +167,12 @@ class SteppedNodes:
         """Lets simulated time pass in each step from now on; until then it stands still."""
         self.time_runs, self._due = True, time.monotonic()
 
+    def leave_others(self) -> None:
+        """Where there are other robots, lets simulated time pass for them alone from now on."""
+        if self._place is not None:
+            self.time_runs = False
+            self._place.leave()
+
     def now(self) -> float:
         """The time for patience [s]: simulated time once that runs, since nodes may take as long as they need."""
         return self._time if self.time_runs else time.monotonic()
@@ -168,9 +185,14 @@ class SteppedNodes:
         """
         if not self.time_runs:
             time.sleep(STANDING_PERIOD)
-        else:
-            self._grant()
-        self.settle()
+        elif self._in_real_time:
+            ahead = self._due - time.monotonic()
+            time.sleep(max(ahead, 0.0))
+            self._due += max(-ahead - CATCH_UP, 0.0)
+        with self._turn:
+            if self.time_runs:
+                self._grant()
+            self.settle()
 
     def settle(self) -> None:
         """Runs the nodes until none has anything left to do.
@@ -191,10 +213,6 @@ class SteppedNodes:
 
     def _grant(self) -> None:
         before = self._time
-        if self._in_real_time:
-            ahead = self._due - time.monotonic()
-            time.sleep(max(ahead, 0.0))
-            self._due += max(-ahead - CATCH_UP, 0.0)
 
         def grant() -> None:
             self._time = self._nodes[SIMULATOR].grant()

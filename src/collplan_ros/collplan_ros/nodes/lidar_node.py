@@ -17,12 +17,14 @@ from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import scan_to_message
-from collplan_ros.messages.mover_markers import movers_from_markers
+from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import described_age
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
+from collplan_ros.node_kit.input_watch import EVENT as ANY_TIME
+from collplan_ros.node_kit.input_watch import STREAM
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
@@ -32,7 +34,7 @@ LIVE = ("limits.pose_age",)
 
 
 class LidarNode(GraphNode):
-    """Subscribes mocap/odom and, where movers walk through the world, ground_truth/movers; publishes scan.
+    """Subscribes mocap/odom and ground_truth/movers, which also has the other robots of the world; publishes scan.
 
     The ideal sensor casts at lidar.rate from the newest pose, if fresh, and stamps the scan with it. Of a spinning one
     each beam is cast from between two poses, and the scan comes with the pose that shows that its latency is over.
@@ -50,8 +52,8 @@ class LidarNode(GraphNode):
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_PUBLISHED)
         self._inputs = Inputs(self)
         self._inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
-        if self._world.movers:
-            self._inputs.listen(MarkerArray, "ground_truth/movers", self._take_movers, EVENT, kind="movers")
+        need = STREAM if self._world.movers else ANY_TIME
+        self._inputs.listen(MarkerArray, "ground_truth/movers", self._take_movers, EVENT, need, kind="movers")
         lidar = self._settings.lidar
         self._movers = MoverHistory()
         self._sweeps = sweeps_of(self._world, lidar, lidar.seed, self._movers)
@@ -81,7 +83,8 @@ class LidarNode(GraphNode):
             self._publish(scan)
 
     def _take_movers(self, message: MarkerArray) -> None:
-        self._movers.add(*movers_from_markers(message, self._settings.frames.map))
+        stamp, movers = movers_from_markers(message, self._settings.frames.map)
+        self._movers.add(stamp, movers[:, [0, 1, 4]])
 
     def _scan(self) -> None:
         state = self._state

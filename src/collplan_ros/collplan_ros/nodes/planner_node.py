@@ -58,7 +58,20 @@ from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 SINGLE = ("mocap.leap_margin", "mocap.velocity_window", "controller.stamped_cmd_vel", "controller.rate")
-GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, ScanInput, MoverFinding, Limits, Frames, *SINGLE)
+GROUPS = (
+    Robot,
+    Rebound,
+    LocalMapping,
+    Weights,
+    Planning,
+    Remembered,
+    TimeToGoal,
+    ScanInput,
+    MoverFinding,
+    Limits,
+    Frames,
+    *SINGLE,
+)
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
 
@@ -67,7 +80,7 @@ LEAD = 0.02
 
 
 class PlannerNode(GraphNode):
-    """Takes mocap/odom, scan, goal_pose, impact, commands; publishes plan, goal_status, planner/*; serves cancel."""
+    """Takes mocap/odom, scan, goal_pose, impact, commands; publishes plan, goal_status, movers, planner/*."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""

@@ -14,11 +14,13 @@ from visualization_msgs.msg import MarkerArray
 from collplan_core.goal import Goal
 from collplan_core.loop.decisions import INFO, WARNING, Cycle, Decision, Notice
 from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import stamp_from_seconds
+from collplan_ros.messages.mover_markers import found_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, plan_to_message, seen_layers, seen_to_message
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.states import goal_to_status
@@ -56,7 +58,7 @@ CLOUDS_PERIOD = 0.1
 
 
 class PlannerOutputs:
-    """Publishes goal_status and the topics of a plan; topics for display only where they are subscribed."""
+    """Publishes goal_status, movers and the topics of a plan; topics for display only where they are subscribed."""
 
     def __init__(self, node: Node) -> None:
         """Publishes through `node`."""
@@ -73,6 +75,8 @@ class PlannerOutputs:
         self._seen = node.create_publisher(PointCloud2, "planner/seen", qos.LATCHED)
         self._compared = node.create_publisher(PointCloud2, "planner/compared", qos.LATCHED)
         self._clouds_sent = -math.inf
+        self._movers = node.create_publisher(MarkerArray, "movers", qos.EVENT)
+        self._found = NO_MOVERS
 
     def take(
         self, decisions: Sequence[Decision], loop: PlannerLoop, planning_time: float, local: float, settings: Settings
@@ -85,6 +89,8 @@ class PlannerOutputs:
                 self._publish(decision, loop.goal.position, planning_time, local, settings)
             else:
                 self._say(decision)
+        if loop.movers is not self._found:
+            self._publish_movers(loop.movers, settings.frames.map)
 
     def take_last(self, decisions: Sequence[Decision]) -> None:
         """Publishes the goal's status, and waits until subscribers have received it."""
@@ -112,6 +118,12 @@ class PlannerOutputs:
             self._markers_sent = local
             self._markers.publish(plan_markers(cycle.local_map, plan, cycle.boundaries, goal, settings))
         self._publish_clouds(cycle, local, settings)
+
+    def _publish_movers(self, found: Movers, frame: str) -> None:
+        """Publishes the movers of each scan, and once that there are none any more."""
+        before, self._found = self._found, found
+        if len(found) or len(before):
+            self._movers.publish(found_to_markers(found, max(found.stamp, before.stamp), frame))
 
     def _publish_clouds(self, cycle: Cycle, local: float, settings: Settings) -> None:
         looks = self._seen.get_subscription_count() or self._compared.get_subscription_count()

@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan, PointCloud2
+from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
@@ -34,6 +35,8 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "planner/compared": (PointCloud2, qos.LATCHED),
     "planner/costs": (DiagnosticArray, NEWEST),
     "goal_status": (GoalStatus, qos.LATCHED),
+    "ground_truth/movers": (MarkerArray, NEWEST),
+    "movers": (MarkerArray, NEWEST),
     "impact/contact": (PointCloud2, qos.EVENT),
     "controller/state": (DiagnosticStatus, qos.LATCHED),
     "robot/state": (DiagnosticStatus, qos.LATCHED),

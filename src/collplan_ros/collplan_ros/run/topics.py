@@ -36,6 +36,7 @@ RELIABLE: dict[str, type] = {
     "planner/costs": DiagnosticArray,
     "planner/seen": PointCloud2,
     "planner/compared": PointCloud2,
+    "movers": MarkerArray,
     "controller/reference": PointStamped,
     "robot/resumed": Empty,
     "ground_truth/odom": Odometry,

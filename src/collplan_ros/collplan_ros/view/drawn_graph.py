@@ -15,6 +15,7 @@ from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
 from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED, impact_from_cloud, plan_from_message
+from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import GOAL_STATUS, goal_from_message, scan_from_message
 from collplan_ros.messages.status_values import real_time_factor
@@ -98,6 +99,8 @@ class DrawnGraph:
             "planner/costs": lambda message, _: self._put(costs_parts(message)),
             "goal_pose": self._take_goal,
             "goal_status": self._take_status,
+            "ground_truth/movers": lambda message, _: self._put_movers("movers", message),
+            "movers": lambda message, _: self._put_movers("found", message),
             "impact/contact": self._take_impact,
             "controller/state": lambda message, _: self._put(doing_parts(message)),
             "robot/state": self._take_hold,
@@ -219,6 +222,10 @@ class DrawnGraph:
         shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
         self._put(seen_parts(message, self._frames.map, shown))
         self._seen += 1
+
+    def _put_movers(self, part: str, message: Any) -> None:
+        stamp, rows = movers_from_markers(message, self._frames.map)
+        self._changes.put(part, scene.movers(self._stamps.of(stamp), rows))
 
     # ---- the goal
 

@@ -27,6 +27,8 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     goal        {"at": [x, y] or null, "status": none, accepted, executing, succeeded, canceled or aborted}
     doing       {"maneuver", "activity", "reason", "warn": whether it stands though a goal is active}
     hold        {"state": free, held or stopped, "" where no robot was heard; "message"}
+    movers      {"stamp" [s], "at": [x, y, vx, vy, radius, ...]}: what moves in a simulated world, the truth
+    found       the same of what the planner has found to move
     impacts     the newest 200: {"t", "at": [x, y], "normal": [1000 nx, 1000 ny],
                 "kind": "deliberate" | "foreseen" | "other", "speed": into the wall}
     counts      {"deliberate", "foreseen", "other"}: how many impacts there were
@@ -158,6 +160,11 @@ def costs(values: Mapping[str, str]) -> Part:
         "hardest": milli([numbers.get("hardest_contact", 0.0)])[0],
         "terms": dict(zip(terms, significant(list(terms.values())), strict=True)),
     }
+
+
+def movers(stamp: float, rows: np.ndarray) -> Part:
+    """The part `movers` or `found` of rows (k, 5) x, y [m], vx, vy [m/s], radius [m] at a stamp [s]."""
+    return {"stamp": time_of(stamp), "at": milli(rows)}
 
 
 # ---- events

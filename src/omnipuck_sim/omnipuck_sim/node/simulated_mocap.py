@@ -5,7 +5,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import floor
 from time import monotonic
+from typing import Protocol
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -40,6 +42,19 @@ CATCH_UP_OF_CLOCK = 0.05
 """The same where /clock is published, and everything else waits for it [s]."""
 
 
+class SharedPlace(Protocol):
+    """The place of a robot among others in a simulated world.
+
+    Attributes:
+        start: (2,) where it begins [m].
+    """
+
+    start: np.ndarray
+
+    def share(self, simulator: Simulator) -> Callable[[], None]:
+        """Puts a simulator among the others; returns what advances all of them by a step."""
+
+
 class SimulatedMocap:
     """Runs in real time, stamped by the system's clock; or in simulated time, which it publishes on /clock.
 
@@ -52,11 +67,12 @@ class SimulatedMocap:
         description: world, seed and start, in words.
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
-        """Publishes through `node`."""
+    def __init__(self, node: Node, settings: Settings, place: SharedPlace | None = None) -> None:
+        """Publishes through `node`; `place` is that of a robot among others."""
         simulation = settings.simulator
         world = load_world(simulation.world)
-        self.simulator = Simulator(world, settings, simulation.seed)
+        self.simulator = Simulator(world, settings, simulation.seed, None if place is None else place.start)
+        self._pass_step = self.simulator.step if place is None else place.share(self.simulator)
         self.publishes_clock = simulation.publishes_clock
         x, y = self.simulator.state.position.tolist()
         self.description = f"world {world.name}, seed {simulation.seed}, start {x:.3f}, {y:.3f}"
@@ -133,7 +149,7 @@ class SimulatedMocap:
 
     def _step(self) -> bool:
         """Takes a step; returns whether a pose was measured or sent in it."""
-        self.simulator.step()
+        self._pass_step()
         measures, sends = self._measures_pose(), self._sends_pose()
         if (measures or sends) and self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(self.simulator.time)))
@@ -171,7 +187,7 @@ class SimulatedMocap:
         self._unsent.append((send_at, pose_to_message(measured, frames.map)))
         movers = self.simulator.movers
         if len(movers):
-            self._mover_publisher.publish(movers_to_markers(stamp, movers[:, [0, 1, 4]], frames.map))
+            self._mover_publisher.publish(movers_to_markers(stamp, movers, frames.map))
         truth = replace(self.simulator.state, stamp=stamp)
         self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base, self.simulator.spin))
 

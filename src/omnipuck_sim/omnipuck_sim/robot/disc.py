@@ -24,6 +24,10 @@ SAME_CONTACT = 0.05
 BESIDE = 0.02
 """Distance of a mover below which steps are pymunk's [m]."""
 BODY, WALL = 1, 2
+ANOTHER = -1
+"""Surface of the first other robot; the next ones count down."""
+NOT_DRAWN = 0.0, 0.0
+"""Both robots of a hit compute it, each on its own, and must agree."""
 
 
 class Disc:
@@ -53,12 +57,15 @@ class Disc:
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._body = pymunk.Body(*true_inertia(robot, simulation))
-        self._add_ring()
+        self._add_ring(self._body).collision_type = BODY
         pieces = list(outlines(world))
         self._constants = tuple(self._drive), outline_of(pieces, robot.radius)
         self._surface_of = self._add_walls(pieces)
         self._movers = movers
         self._walkers = self._add_movers()
+        self._mass = true_inertia(robot, simulation)
+        self._others = np.zeros((0, 5))
+        self._other_bodies: list[pymunk.Body] = []
         self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
         self._begun: list[tuple[int, Vector, Vector, Vector, Vector]] = []
@@ -73,6 +80,19 @@ class Disc:
         self.motion[:] = *position, *velocity, yaw, 0.0, *velocity
         self._moved, self._touched = True, self._space.collision_persistence
         self._last_impact.clear()
+
+    def meet(self, others: np.ndarray) -> None:
+        """Adds a body like its own for each other robot.
+
+        `others`: (m, 5) x, y [m], vx, vy [m/s] and yaw rate [rad/s] of each, which the caller changes between steps.
+        """
+        self._others = others
+        for number in range(len(others)):
+            body = pymunk.Body(*self._mass)
+            ring = self._add_ring(body)
+            ring.collision_type = WALL
+            self._surface_of[ring] = ANOTHER - number
+            self._other_bodies.append(body)
 
     def advance(self, step: int, most: int, aim: Aim) -> int:
         """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
@@ -91,6 +111,8 @@ class Disc:
         self._touched = max(self._touched - 1, 0)
         for walker, (x, y, vx, vy, _) in zip(self._walkers, self._movers.tolist(), strict=True):
             walker.position, walker.velocity = (x, y), (vx, vy)
+        for other, (x, y, vx, vy, spin) in zip(self._other_bodies, self._others.tolist(), strict=True):
+            other.position, other.velocity, other.angular_velocity = (x, y), (vx, vy), spin
         self._space.step(1.0 / self._drive.rate)
         self.motion[:6] = *body.position, *body.velocity, body.angle, body.angular_velocity
         if self._begun:
@@ -106,12 +128,12 @@ class Disc:
         taken, self._impacts = self._impacts, []
         return taken
 
-    def _add_ring(self) -> None:
-        ring = pymunk.Circle(self._body, self._radius)
+    def _add_ring(self, body: pymunk.Body) -> pymunk.Circle:
+        ring = pymunk.Circle(body, self._radius)
         # pymunk multiplies what two shapes have: the walls' are 1
         ring.elasticity, ring.friction = self._simulation.restitution, self._simulation.friction
-        ring.collision_type = BODY
-        self._space.add(self._body, ring)
+        self._space.add(body, ring)
+        return ring
 
     def _add_walls(self, pieces: Iterable[Edge | Pole]) -> dict[pymunk.Shape, int]:
         """The surface that each shape belongs to."""
@@ -136,9 +158,11 @@ class Disc:
         return walkers
 
     def _is_beside_mover(self) -> bool:
+        discs = [(x, y, radius) for x, y, _, _, radius in self._movers.tolist()]
+        discs += [(x, y, self._radius) for x, y, *_ in self._others.tolist()]
         return any(
             (x - self.motion[X]) ** 2 + (y - self.motion[Y]) ** 2 < (self._radius + radius + BESIDE) ** 2
-            for x, y, _, _, radius in self._movers.tolist()
+            for x, y, radius in discs
         )
 
     def _begin(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
@@ -156,7 +180,8 @@ class Disc:
         other = arbiter.shapes[1]
         into = (self._body.velocity - other.body.velocity).dot(arbiter.contact_point_set.normal)
         surface = self._surface_of[other]
-        arbiter.restitution, arbiter.friction = self._law.of(surface, into, self._law.drawn())
+        drawn = self._law.drawn() if surface > ANOTHER else NOT_DRAWN
+        arbiter.restitution, arbiter.friction = self._law.of(surface, into, drawn)
 
     def _record(self, time: float) -> None:
         after = self.motion[[VX, VY]]

@@ -5,14 +5,14 @@ const LIGHT = {
   muted: "#66758a", free: "rgba(0,158,115,0.13)", freeEdge: "#009e73", frontier: "#0072b2", predicted: "#6a3d9a",
   remembered: "#5b6675", inferred: "rgba(70,86,107,0.16)", scan: "#d0175f", contact: "#d55e00",
   robot: "#222c3a", ring: "#e69f00", heading: "#ffffff", goal: "#00855f", deliberate: "#d55e00",
-  foreseen: "#e69f00", other: "#111111", outline: "#ffffff", plotLine: "#0072b2", plotGrid: "#dde3ea",
+  mover: "#56708f", found: "#cc79a7", foreseen: "#e69f00", other: "#111111", outline: "#ffffff", plotLine: "#0072b2", plotGrid: "#dde3ea",
 };
 const DARK = {
   back: "#0b0f14", floor: "#151b23", solid: "#303b49", edge: "#8898ad", grid: "#1d252f", text: "#e4ebf3",
   muted: "#8e9db0", free: "rgba(0,190,140,0.14)", freeEdge: "#1fc796", frontier: "#56b4e9", predicted: "#c9a4f2",
   remembered: "#a7b4c4", inferred: "rgba(167,180,196,0.16)", scan: "#ff5c93", contact: "#ff8a3c",
   robot: "#0a0e13", ring: "#f5b52e", heading: "#ffffff", goal: "#2fd6a2", deliberate: "#ff8a3c",
-  foreseen: "#f5b52e", other: "#ffffff", outline: "#0b0f14", plotLine: "#56b4e9", plotGrid: "#29333f",
+  mover: "#9fd4ff", found: "#e8a3c8", foreseen: "#f5b52e", other: "#ffffff", outline: "#0b0f14", plotLine: "#56b4e9", plotGrid: "#29333f",
 };
 const TERM_LIGHT = ["#111111", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#6a3d9a"];
 const TERM_DARK = ["#ffffff", "#56b4e9", "#ff8a3c", "#1fc796", "#e8a3c8", "#f0e442", "#9fd4ff", "#c9a4f2"];

@@ -6,6 +6,8 @@ const TRAIL_SHOWN = 15; // s
 const SMOOTH = 0.025; // s to either side
 const FLASH = 0.7; // s for which an impact is seen to happen
 const AFTER = 0.22; // s of the velocity after a contact that its arrow is long
+const AHEAD = 0.5; // s of the velocity of what moves that its arrow is long
+const MOVED_ON = 0.3; // s for which what moves is drawn on from where it was
 const SPEED_STEPS = 24; // colours that lines by speed are drawn in
 
 /** A picture at a moment: context, transform, colours, the scene, and the time. */
@@ -359,6 +361,27 @@ function drawGoal(picture) {
   ctx.globalAlpha = 1;
 }
 
+/** Discs of what moves, where they are by now, and an arrow of the velocity of each. */
+function drawMovers(picture, part, color, dash) {
+  const { ctx, view, now } = picture;
+  const at = part?.at ?? [];
+  const later = Math.min(MOVED_ON, Math.max(-MOVED_ON, now - (part?.stamp ?? now)));
+  ctx.fillStyle = color;
+  for (let i = 0; i + 4 < at.length; i += 5) {
+    const [x, y, vx, vy, radius] = at.slice(i, i + 5);
+    const [cx, cy] = [x + later * vx, y + later * vy];
+    picture.stroke(color, 2, dash);
+    picture.circle(cx, cy, radius * view.scale);
+    ctx.stroke();
+    ctx.globalAlpha = 0.2;
+    ctx.fill();
+    ctx.globalAlpha = 1;
+    ctx.setLineDash([]);
+    const [sx, sy] = [view.sx(cx), view.sy(cy)];
+    drawArrow(ctx, sx, sy, sx + AHEAD * vx * view.scale, sy - AHEAD * vy * view.scale, 10);
+  }
+}
+
 /** The sign of an impact by its kind: a diamond, a disc or a cross. */
 function drawSign(ctx, colors, kind, x, y, size) {
   ctx.beginPath();
@@ -533,6 +556,24 @@ export const LAYERS = [
       c.beginPath();
       c.arc(13, 7, 5.5, 0, 7);
       c.stroke();
+    },
+  },
+  {
+    id: "movers", label: "what moves: true, and found by the planner",
+    draw: (picture) => {
+      drawMovers(picture, picture.parts.movers, picture.colors.mover, []);
+      drawMovers(picture, picture.parts.found, picture.colors.found, [5, 4]);
+    },
+    sample: (c, k) => {
+      for (const [color, x, dash] of [[k.mover, 7, []], [k.found, 19, [3, 2]]]) {
+        c.strokeStyle = color;
+        c.lineWidth = 2;
+        c.setLineDash(dash);
+        c.beginPath();
+        c.arc(x, 7, 4.5, 0, 7);
+        c.stroke();
+      }
+      c.setLineDash([]);
     },
   },
   {
