@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from collplan_core.command import FREE_SPACE, HAND, STOPPED, Command
+from collplan_core.command import FREE_SPACE, HAND, STOPPED, WAITING, Command
 from collplan_core.control.activity import STOPPED as STANDS
 from collplan_core.control.activity import TRACK, describe
 from collplan_core.control.interlock import LONGEST_FAULT
@@ -79,7 +79,7 @@ def test_it_waits_in_front_of_a_mover_without_being_held_and_goes_on_when_that_h
     assert 0.9 - REACH - 0.25 < drive.state.position[0] < 0.9 - REACH - SETTINGS.movers.clearance + 0.01
     assert np.abs(drive.speeds[-10:]).max() < 0.05
     assert "a mover 0.1 m away" in command.reason or "a mover 0.0 m away" in command.reason
-    assert len([each for each in drive.commands if each.maneuver == STOPPED]) * PERIOD > LONGEST_FAULT
+    assert len([each for each in drive.commands if each.maneuver == WAITING]) * PERIOD > LONGEST_FAULT
     assert (drive.loop.held, drive.loop.motion.verdict.kind) == ("", OK)
     assert drive.until(0.5).reason == ""
     assert drive.speeds[-1] > 0.3

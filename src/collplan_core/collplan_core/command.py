@@ -11,6 +11,9 @@ STOPPED = "stopped"
 MANEUVERS = (FREE_SPACE, BOUNDARY_FOLLOWING, FLOW_THROUGH, STOPPED)
 HAND = "hand"
 """In the place of a maneuver: a person drives, and there is no reference."""
+WAITING = "waiting"
+"""In the place of a maneuver: the robot stands, or hardly moves, because of what moves near it."""
+WITHOUT_REFERENCE = (HAND, STOPPED, WAITING)
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +23,8 @@ class Command:
     Attributes:
         velocity: (2,) [m/s, body frame].
         yaw_rate: [rad/s].
-        maneuver: one of MANEUVERS, or HAND.
-        reference: (2,) position tracked now [m, world frame]; NaN when stopped or driven by hand.
+        maneuver: one of MANEUVERS, HAND or WAITING.
+        reference: (2,) position tracked now [m, world frame]; NaN when stopped, waiting or driven by hand.
         reason: reason why the robot is stopped, or slower than it was to be; empty otherwise.
     """
 

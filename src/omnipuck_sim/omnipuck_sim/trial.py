@@ -144,6 +144,7 @@ class TrialNodes:
         command = self.loop.tick(self.simulator.time)
         self.simulator.command(command.velocity, command.yaw_rate)
         self.record.commanded(command, self.simulator.time)
+        self._monitor.commanded(command.maneuver)
         self._journals.controller.end_cycle()
 
     def outcome(self) -> str | None:

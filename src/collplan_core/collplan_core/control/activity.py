@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, HAND, STOPPED, Command
+from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, HAND, STOPPED, WAITING, Command
 from collplan_core.evaluation.impact_matching import TIME_TOLERANCE
 from collplan_core.plan import Contacts, Plan
 
@@ -50,7 +50,7 @@ def describe(command: Command, plan: Plan | None, now: float) -> Activity:
         plan: the plan in force; None without one.
         now: time on the poses' clock [s].
     """
-    if command.maneuver == STOPPED:
+    if command.maneuver in (STOPPED, WAITING):
         return Activity(STOPPED, f"stands still: {command.reason}")
     if command.maneuver == HAND:
         return Activity(HAND, "is driven by hand")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collplan_core import goal
-from collplan_core.command import HAND, STOPPED
+from collplan_core.command import HAND, STOPPED, WAITING
 from collplan_core.parameters import Settings, Trial
 
 ABOUT = 0.05
@@ -140,16 +140,16 @@ class RunMonitor:
             self._begun = stamp
 
     def commanded(self, maneuver: str) -> None:
-        """Notes the newest maneuver: a robot driven by hand is not stuck until a plan drives it again."""
+        """Notes the newest maneuver: a robot driven by hand or waiting is not stuck until a plan drives it again."""
         if maneuver != STOPPED:
-            self._taken = maneuver == HAND
+            self._taken = maneuver in (HAND, WAITING)
 
     def outcome(self, stamp: float, position: np.ndarray) -> str | None:
         """TIMEOUT or STUCK, or None while the run goes on.
 
         TIMEOUT: trial.timeout has passed since the first plan. STUCK: the robot has stayed within trial.stuck_distance
-        for trial.stuck_time since the first plan, and was not driven by hand; or trial.timeout has passed without
-        a plan.
+        for trial.stuck_time since the first plan, was not driven by hand and did not wait for what moves; or
+        trial.timeout has passed without a plan.
 
         Args:
             stamp: time of the newest pose [s].

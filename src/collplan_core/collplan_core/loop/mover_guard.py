@@ -4,13 +4,14 @@ Movers are those found in scans; with limits.emerging_speed also what may come o
 nothing.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collplan_core.command import HAND, Command, stopped
+from collplan_core.command import HAND, WAITING, Command
 from collplan_core.loop.sensed_scans import PlacedScan
-from collplan_core.movers.guard import IN_HAND, away_from, body_of, largest_share
+from collplan_core.movers.guard import IN_HAND, body_of, largest_share
 from collplan_core.movers.record import Movers
 from collplan_core.movers.unseen import unseen_edges
 from collplan_core.parameters import Settings
@@ -20,8 +21,8 @@ from collplan_core.state import State
 CREEP = 0.1
 """Own speed that is allowed towards what the robot does not see: right beside an edge it could not move on otherwise
 [m/s]."""
-OWN_SURFACE = 0.1
-"""Walls in a scan so near to a mover are its own surface, from which nothing rebounds once it has moved [m]."""
+WAITS_WITHIN = 1.0
+"""A robot that hardly moves and has a mover so near waits for it [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +56,10 @@ class Surroundings:
         unseen[:, 7], unseen[:, 8] = limits.emerging_speed, max(freely, CREEP)
         return np.vstack([rows, unseen])
 
+    @property
     def walls(self) -> np.ndarray:
-        """(w, 4) walls of the newest scan without the surfaces of movers [m]."""
-        if self.placed is None:
-            return np.zeros((0, 4))
-        shown = self.placed.local_map
-        discs = self.movers.rows_at(shown.stamp)[:, [0, 1, 4]]
-        discs[:, 2] += OWN_SURFACE
-        return away_from(shown.walls, discs)
+        """(w, 4) walls of the newest scan [m]."""
+        return np.zeros((0, 4)) if self.placed is None else self.placed.local_map.walls
 
 
 def kept_off(command: Command, state: State, around: Surroundings, settings: Settings) -> Command:
@@ -84,15 +81,20 @@ def kept_off(command: Command, state: State, around: Surroundings, settings: Set
     wanted = np.array(rotate(*command.velocity.tolist(), state.yaw))
     motion = np.concatenate([state.position, state.velocity])
     least = min(1.0, settings.limits.blind_speed / speed) if by_hand else 0.0
-    share, row = largest_share(reached, around.walls(), body_of(settings), motion, wanted, least)
+    share, row = largest_share(reached, around.walls, body_of(settings), motion, wanted, least)
+    sent = command if share == 1.0 else replace(command, velocity=share * command.velocity)
+    near = _nearest(reached[: len(around.movers)], state, settings.robot.radius)
+    if not by_hand and share * speed < CREEP and near < WAITS_WITHIN:
+        return replace(sent, maneuver=WAITING, reason=f"waits for a mover {near:.1f} m away")
     if share == 1.0:
         return command
-    x, y = nearest_on_segment(*reached[row, :4].tolist(), *state.position.tolist())
-    away = float(np.hypot(*(state.position - (x, y)))) - settings.robot.radius
-    if row < len(around.movers):
-        reason = f"keeps off a mover {max(0.0, away - around.movers.radii[row]):.1f} m away"
-    else:
-        reason = f"keeps off what it does not see {max(0.0, away):.1f} m away"
-    if share == 0.0 and not by_hand:
-        return stopped(reason)
-    return replace(command, velocity=share * command.velocity, reason=reason)
+    away = _nearest(reached[row : row + 1], state, settings.robot.radius)
+    what = "a mover" if row < len(around.movers) else "what it does not see"
+    return replace(sent, reason=f"keeps off {what} {away:.1f} m away")
+
+
+def _nearest(reached: np.ndarray, state: State, radius: float) -> float:
+    """Distance of the robot from the nearest of what can be reached [m]; inf where there is none."""
+    to_axes = [state.position - nearest_on_segment(*row[:4], *state.position) for row in reached]
+    gaps = [float(np.hypot(*to_axis)) - row[6] - radius for to_axis, row in zip(to_axes, reached, strict=True)]
+    return max(0.0, min(gaps, default=math.inf))

@@ -11,7 +11,15 @@ import numpy as np
 
 from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.movers.record import MOVES, NEW, NO_MOVERS, STANDS, Movers, SortedReturns
-from collplan_core.movers.tracks import CONFIRMED, GROWTH_OF_FEW, LEAST_RADIUS, MOST_RADIUS, Track, with_clusters
+from collplan_core.movers.tracks import (
+    CONFIRMED,
+    GROWTH_OF_FEW,
+    LEAST_RADIUS,
+    MOST_RADIUS,
+    Cluster,
+    Track,
+    with_clusters,
+)
 from collplan_core.movers.views import View, look_at_each, saw_free, view_of
 from collplan_core.parameters import MoverFinding
 from collplan_core.state import State
@@ -24,8 +32,8 @@ IN_PLACE = 0.03
 """Distance from an earlier surface within which a return stayed in place [m]."""
 JUMP, SKIPPED = 0.10, 3
 """Largest distance between neighbouring returns of one mover [m], and largest number of beams from one to the next."""
-RIM, RIM_BEAMS = 0.05, 30
-"""New returns beside a mover, so near to one another [m] and so many at most, are its rim: the margin leaves it out."""
+RIM, RIM_WIDTH = 0.05, 0.12
+"""New returns beside a mover, so near to one another and in such a width, are its rim: the margin leaves it out [m]."""
 FEWEST = 2
 """Returns of a mover: a single one may be mixed from two surfaces, and such a one does lie in free space."""
 MOST_MOVING = 0.35
@@ -65,17 +73,14 @@ def find_movers(
     moved, stands = _compared(memory.views, view, looked, finding)
     kinds = np.where(stands, STANDS, NEW)
     if moved.sum() <= MOST_MOVING * max(int(looked.sum()), 1):
-        moved |= looked & ~stands & _on_tracks(memory.tracks, view)
-        kinds[moved] = MOVES
-    clusters = []
-    for cluster in _clusters(np.flatnonzero(kinds == MOVES), view):
-        if len(cluster) < FEWEST:
-            kinds[cluster] = NEW
-            continue
-        beams = _with_rim(cluster, kinds, view)
-        kinds[beams] = MOVES
-        clusters.append(_disc(beams, view))
-    tracks, number = with_clusters(memory.tracks, memory.number, seen.stamp, clusters)
+        kinds[moved | (looked & ~stands & _on_tracks(memory.tracks, view))] = MOVES
+    groups = [each for each in _clusters(np.flatnonzero(kinds == MOVES), view) if len(each) >= FEWEST]
+    kinds[kinds == MOVES] = NEW
+    groups = [_with_rim(each, kinds, view) for each in groups]
+    clusters = [Cluster(*_disc(each, view), moves=int(moved[each].sum()) >= FEWEST) for each in groups]
+    tracks, number, followed = with_clusters(memory.tracks, memory.number, seen.stamp, clusters)
+    for k in followed:
+        kinds[groups[k]] = MOVES
     moves = kinds == MOVES
     still = seen.joined & ~moves & ~np.roll(moves, -1)
     newest = view._replace(stands=still)
@@ -85,7 +90,7 @@ def find_movers(
     kept = tuple(each for each in memory.views if 0.0 < seen.stamp - each.stamp <= AGES[-1] + 0.2)
     if any(track.sights in LOOKED_BACK and track.last_seen == seen.stamp for track in known):
         kept = tuple(_without_surfaces(each, swept) for each in kept)
-    returns = SortedReturns(kinds, _movers(known, seen.stamp, finding), swept)
+    returns = SortedReturns(kinds, _movers(known, seen.stamp, finding), swept, _trails(known))
     return returns, MoverMemory((*kept, newest), tracks, number)
 
 
@@ -96,7 +101,7 @@ def _compared(
     moved, stands = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
     if finding.standing_time == 0.0:
         stands |= looked
-    for earlier in _of_ages(views, view.stamp):
+    for earlier in _of_ages(views, view.stamp, (*AGES, finding.standing_time)):
         old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
         unsure = ~stands if old else np.zeros(len(looked), bool)
         free, surface = look_at_each(earlier, view.hits, looked & ~moved, unsure, finding.margin, IN_PLACE)
@@ -105,20 +110,20 @@ def _compared(
     return moved, stands & ~moved
 
 
-def _of_ages(views: tuple[View, ...], stamp: float) -> list[View]:
-    """The views whose ages are nearest to AGES, none twice."""
+def _of_ages(views: tuple[View, ...], stamp: float, wanted: tuple[float, ...]) -> list[View]:
+    """The views whose ages are nearest to those wanted [s], none twice."""
     if not views:
         return []
     ages = stamp - np.array([each.stamp for each in views])
-    wanted = {int(np.argmin(np.abs(ages - age))) for age in AGES if age < ages[0] + 0.03}
-    return [views[i] for i in sorted(wanted)]
+    nearest = {int(np.argmin(np.abs(ages - age))) for age in wanted if age < ages[0] + 0.03}
+    return [views[i] for i in sorted(nearest)]
 
 
 def _on_tracks(tracks: tuple[Track, ...], view: View) -> np.ndarray:
     """(n,) whether each return is where a confirmed track is expected: what stops stays a mover."""
     found = np.zeros(len(view.hits), bool)
     for track in tracks:
-        if track.sights >= CONFIRMED:
+        if track.has_walked:
             center, _ = track.motion_at(view.stamp)
             found |= np.hypot(*(view.hits - center).T) < track.radius + RIM
     return found
@@ -145,12 +150,14 @@ def _with_rim(cluster: np.ndarray, kinds: np.ndarray, view: View) -> np.ndarray:
     """A cluster with the new returns beside it."""
     beams, n = cluster.tolist(), len(kinds)
     for onward, end in ((-1, 0), (1, -1)):
-        for _ in range(RIM_BEAMS):
+        begin = beams[end]
+        for _ in range(n):
             last, i = beams[end], beams[end] + onward
             if not view.closed and not 0 <= i < n:
                 break
             i %= n
-            if not view.is_hit[i] or kinds[i] != NEW or np.hypot(*(view.hits[i] - view.hits[last])) > RIM:
+            near = np.hypot(*(view.hits[i] - view.hits[[last, begin]]).T) < (RIM, RIM_WIDTH)
+            if i in beams or not view.is_hit[i] or kinds[i] != NEW or not near.all():
                 break
             beams = [i, *beams] if onward < 0 else [*beams, i]
     return np.array(beams)
@@ -183,6 +190,11 @@ def _swept(known: list[Track]) -> np.ndarray:
         centers = np.vstack([track.centers, *before])
         discs.append(np.column_stack([centers, np.full(len(centers), track.radius + RIM)]))
     return np.concatenate(discs)
+
+
+def _trails(known: list[Track]) -> np.ndarray:
+    """(h, 3) discs [m] along the ways of tracks."""
+    return np.vstack([np.zeros((0, 3)), *(np.insert(track.trail[:, 1:], 2, track.radius, axis=1) for track in known)])
 
 
 def _without_surfaces(view: View, swept: np.ndarray) -> View:

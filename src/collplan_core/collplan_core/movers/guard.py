@@ -61,22 +61,12 @@ def body_of(settings: Settings) -> Body:
 
 
 @njit
-def away_from(walls: np.ndarray, discs: np.ndarray) -> np.ndarray:
-    """The walls (w, 4) that no disc (k, 3) x, y, radius [m] touches."""
-    kept = np.ones(len(walls), np.bool_)
-    for w in range(len(walls)):
-        for k in range(len(discs)):
-            x, y = nearest_on_segment(walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3], discs[k, 0], discs[k, 1])
-            kept[w] &= math.hypot(x - discs[k, 0], y - discs[k, 1]) > discs[k, 2]
-    return walls[kept]
-
-
-@njit
 def largest_share(
     reached: np.ndarray, walls: np.ndarray, body: Body, motion: np.ndarray, command: np.ndarray, least: float
 ) -> tuple[float, int]:
     """The largest share of a command that may be sent, and the row of what forbids more of it; 1 and -1 without any.
 
+    What the robot moves away from, and is commanded to, does not count: it may be slow to leave, but is never held.
     All of it, if it touches nothing in motion, or if it leads away from what it touches and braking would do no better;
     else a smaller share that does so with IN_HAND, found by halving; else `least`.
 
@@ -89,6 +79,7 @@ def largest_share(
         least: share that is always allowed; 0 is braking.
     """
     near, solid = _within_reach(reached, walls, body, motion, command)
+    near = near[is_approached(reached[near], motion, command)]
     if len(near) == 0 or least >= 1.0 or (command[0] == 0.0 and command[1] == 0.0):
         return 1.0, -1
     rows, walls = reached[near], walls[solid]
@@ -127,6 +118,17 @@ def _may_be_sent(
         if not leads_away or found[k] > braked[k] + 1e-9:
             return False
     return True
+
+
+@njit
+def is_approached(rows: np.ndarray, motion: np.ndarray, command: np.ndarray) -> np.ndarray:
+    """(k,) whether the robot moves towards the nearest point of each row, or is commanded to."""
+    found = np.zeros(len(rows), np.bool_)
+    for k in range(len(rows)):
+        x, y = nearest_on_segment(rows[k, X0], rows[k, Y0], rows[k, X1], rows[k, Y1], motion[0], motion[1])
+        x, y = x - motion[0], y - motion[1]
+        found[k] = x * command[0] + y * command[1] > 0.0 or x * motion[2] + y * motion[3] > 0.0
+    return found
 
 
 @njit

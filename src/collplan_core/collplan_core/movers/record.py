@@ -60,14 +60,16 @@ class SortedReturns:
     Attributes:
         kinds: (n,) of the n beams in the order of the scan's surfaces, NEW without a hit; (0,) where all stand.
         movers: what moves.
-        swept: (m, 3) discs x, y, radius [m] that these movers were in lately.
+        swept: (m, 3) discs x, y, radius [m] that these movers have just been in.
+        trails: (h, 3) discs along the ways on which they came [m].
     """
 
     kinds: np.ndarray
     movers: Movers
     swept: np.ndarray
+    trails: np.ndarray
 
 
 NO_MOVERS = Movers(-np.inf, np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
-ALL_STANDS = SortedReturns(np.zeros(0, int), NO_MOVERS, np.zeros((0, 3)))
+ALL_STANDS = SortedReturns(np.zeros(0, int), NO_MOVERS, np.zeros((0, 3)), np.zeros((0, 3)))
 """Of a scan that stands alone."""

@@ -1,6 +1,7 @@
 """Movers over the scans: each cluster of returns continues a track or begins one."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,10 @@ VELOCITY_SPAN = 0.2
 GATE, GATE_SPEED = 0.2, 1.0
 """Largest distance of a cluster from the place predicted for its track [m], and by the time since its last sight
 [m/s]."""
+TRAIL_STEP, TRAIL_TIME = 0.15, 3.0
+"""Distance between the places of a trail [m], and its length [s]: who walks there may come back."""
+WALKED = 0.15
+"""A track that has come so far from its first sight goes on where it stops [m]: walls beside a mover come nowhere."""
 FASTEST = 2.5
 """A faster fit is one of wrong clusters [m/s]."""
 CERTAIN = 5
@@ -23,6 +28,19 @@ CONFIRMED = 2
 """Sights from which on a track counts: a single cluster may be of chance."""
 
 
+class Cluster(NamedTuple):
+    """Returns of one scan that belong together, as the disc that they show the front of.
+
+    Attributes:
+        center: (2,) [m]; radius: [m].
+        moves: whether some of them lie where free space was seen; else they are only where a mover is expected.
+    """
+
+    center: np.ndarray
+    radius: float
+    moves: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Track:
     """The newest sights of one mover.
@@ -30,25 +48,35 @@ class Track:
     Attributes:
         number: its number.
         sights: number of scans that showed it.
+        first: (2,) its first centre [m].
         times: (m,) stamps of the newest of these [s].
         centers: (m, 2) [m]; radii: (m,) [m].
+        trail: (h, 3) stamp [s] and centre [m] of sights about TRAIL_STEP apart in the last TRAIL_TIME.
     """
 
     number: int
     sights: int
+    first: np.ndarray
     times: np.ndarray
     centers: np.ndarray
     radii: np.ndarray
+    trail: np.ndarray
 
-    def seen_again(self, time: float, center: np.ndarray, radius: float) -> "Track":
+    def seen_again(self, time: float, cluster: Cluster) -> "Track":
         """The track with one more sight."""
         return replace(
             self,
             sights=self.sights + 1,
             times=np.append(self.times, time)[-KEPT_SIGHTS:],
-            centers=np.vstack([self.centers, center])[-KEPT_SIGHTS:],
-            radii=np.append(self.radii, radius)[-KEPT_SIGHTS:],
+            centers=np.vstack([self.centers, cluster.center])[-KEPT_SIGHTS:],
+            radii=np.append(self.radii, cluster.radius)[-KEPT_SIGHTS:],
+            trail=_with_place(self.trail, time, cluster.center),
         )
+
+    @property
+    def has_walked(self) -> bool:
+        """Whether it has come away from its first place."""
+        return float(np.hypot(*(self.centers[-1] - self.first))) > WALKED
 
     @property
     def last_seen(self) -> float:
@@ -74,35 +102,42 @@ class Track:
         return newest + velocity * (time - t[-1]), velocity
 
 
+def _with_place(trail: np.ndarray, time: float, center: np.ndarray) -> np.ndarray:
+    recent = trail[trail[:, 0] > time - TRAIL_TIME]
+    if len(recent) and np.hypot(*(recent[-1, 1:] - center)) < TRAIL_STEP:
+        return recent
+    return np.vstack([recent, [time, *center]])
+
+
 def with_clusters(
-    tracks: tuple[Track, ...], number: int, time: float, clusters: list[tuple[np.ndarray, float]]
-) -> tuple[tuple[Track, ...], int]:
-    """The tracks after the clusters of a scan: nearest first, each continues one track or begins its own.
+    tracks: tuple[Track, ...], number: int, time: float, clusters: list[Cluster]
+) -> tuple[tuple[Track, ...], int, set[int]]:
+    """The tracks after the clusters of a scan: each continues the nearest track, and one that moves may begin its own.
 
     Args:
         number: number of the next new track.
         time: stamp of the scan [s].
-        clusters: center (2,) and radius of each [m].
 
     Returns:
-        the tracks, and the next number.
+        the tracks, the next number, and which of the clusters are of a track.
     """
     places = [track.motion_at(time)[0] for track in tracks]
     pairs = sorted(
-        (float(np.hypot(*(places[i] - center))), i, k)
-        for i in range(len(tracks))
-        for k, (center, _) in enumerate(clusters)
+        (float(np.hypot(*(places[i] - cluster.center))), i, k)
+        for i, track in enumerate(tracks)
+        for k, cluster in enumerate(clusters)
+        if cluster.moves or track.has_walked
     )
-    after, taken = list(tracks), set()
-    continued: set[int] = set()
+    after, taken = list(tracks), set[int]()
     for distance, i, k in pairs:
         gate = GATE + GATE_SPEED * (time - tracks[i].last_seen)
-        if distance < gate and i not in continued and k not in taken:
-            after[i] = tracks[i].seen_again(time, *clusters[k])
-            continued.add(i)
+        if distance < gate and after[i] is tracks[i] and k not in taken:
+            after[i] = tracks[i].seen_again(time, clusters[k])
             taken.add(k)
-    for k, (center, radius) in enumerate(clusters):
-        if k not in taken:
-            after.append(Track(number, 1, np.array([time]), center[None].copy(), np.array([radius])))
+    for k, (center, radius, moves) in enumerate(clusters):
+        if moves and k not in taken:
+            trail = _with_place(np.zeros((0, 3)), time, center)
+            after.append(Track(number, 1, center, np.array([time]), center[None].copy(), np.array([radius]), trail))
+            taken.add(k)
             number += 1
-    return tuple(after), number
+    return tuple(after), number, taken

@@ -50,7 +50,7 @@ def roll(problem: Problem, initial: Motion, commands: np.ndarray, n: int) -> Ful
         states[k + 1, 0], states[k + 1, 1] = motion.x, motion.y
         states[k + 1, 2], states[k + 1, 3] = motion.vx, motion.vy
         if len(problem.movers) > 0:
-            cost += mover_cost(problem.movers, (k + 1) * CONTROL_INTERVAL, CONTROL_INTERVAL, motion)
+            cost += mover_cost(problem.movers, problem.trails, (k + 1) * CONTROL_INTERVAL, CONTROL_INTERVAL, motion)
         costs[k + 1] = costs[k] + cost
         if problem.stop_test and k + 1 == STOP_TEST_INTERVAL:
             costs[k + 1] += stop_cost(problem, motion)

@@ -70,6 +70,7 @@ class _Field(NamedTuple):
     length: np.ndarray
     cells: Grid
     movers: np.ndarray
+    trails: np.ndarray
 
 
 @njit
@@ -95,7 +96,7 @@ def _roll_on(
     Returns:
         where it is then; time of arrival at the goal [s], ON_THE_WAY, or TOO_LATE once it will cost over `limit` [s].
     """
-    clearance, source, length, cells, movers = field
+    clearance, source, length, cells, movers, trails = field
     grid, goal, model, costs, bounds = constants
     motion, cost, first = rollout
     course = course_of(motion, ux, uy)
@@ -105,7 +106,7 @@ def _roll_on(
         if contact.kind != NO_CONTACT:
             cost += contact_cost(costs, contact)
         if len(movers) > 0:
-            cost += mover_cost(movers, (k + 1) * STEP, STEP, motion)
+            cost += mover_cost(movers, trails, (k + 1) * STEP, STEP, motion)
         if is_there(goal, motion):
             arrival = (k + arrival_share(goal, before, motion)) * STEP
             return _Rollout(motion, cost + graze_cost(goal, motion), k + 1), arrival
@@ -125,7 +126,9 @@ def coarse_plans(
     One that will cost over `margin` more than the best of them, or than `best` [s], is given up.
     """
     constants, limit = problem.constants, best + margin
-    field = _Field(problem.clearance, problem.source, problem.paths.length, problem.paths.cells, problem.movers)
+    field = _Field(
+        problem.clearance, problem.source, problem.paths.length, problem.paths.cells, problem.movers, problem.trails
+    )
     n, m = len(velocities), len(SWITCH_STEPS)
     costs, ends = np.full((n, m, n), np.inf), np.zeros((n, m, n, 4))
     for a in range(n):

@@ -24,7 +24,6 @@ CONTROL_INTERVAL = INTERVAL_STEPS * STEP
 """Time for which one command holds [s]."""
 IMPACT_SPEED = 0.08
 """A contact slower than this slides and costs nothing [m/s]."""
-NO_DISCS = np.zeros((0, 6))
 EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
 """Cost of a contact above limits.impact_speed [s], and of how far above it is [s per m/s]: all else weighs less."""
 
@@ -95,7 +94,7 @@ class Problem(NamedTuple):
         free: (nx, ny) where the disc's centre was seen to be free.
         paths: shortest paths to the goal.
         stop_test: whether the robot must be able to brake within what it has seen.
-        movers: (k, 6) discs of `mover_cost` when the plan begins.
+        movers: (k, 6) discs of `mover_cost` when the plan begins; trails: (h, 3) its trails.
     """
 
     clearance: np.ndarray
@@ -105,6 +104,7 @@ class Problem(NamedTuple):
     constants: Constants
     stop_test: bool
     movers: np.ndarray
+    trails: np.ndarray
 
 
 def robot_model(settings: Settings) -> RobotModel:
@@ -133,11 +133,11 @@ def problem_of(
     paths: ShortestPaths,
     settings: Settings,
     yaw: float = 0.0,
-    movers: np.ndarray = NO_DISCS,
+    movers: tuple[np.ndarray, np.ndarray] = (np.zeros((0, 6)), np.zeros((0, 3))),
 ) -> Problem:
     """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy.
 
-    The robot holds its yaw [rad]. `movers` (k, 6) are discs of `mover_cost`.
+    The robot holds its yaw [rad]. `movers` are the discs (k, 6) and the trails (h, 3) of `mover_cost`.
     """
     p = settings.time_to_goal
     tolerance = p.arrival_share * paths.tolerance
@@ -148,4 +148,4 @@ def problem_of(
     bounds = velocity_bounds(settings.robot, yaw)
     constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings), bounds)
     stop_test = TIME_TO_GOAL[settings.planner.strategy].stop_test
-    return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test, movers)
+    return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test, *movers)

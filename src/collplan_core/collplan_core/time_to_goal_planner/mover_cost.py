@@ -5,22 +5,26 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.movers.record import SortedReturns
+from collplan_core.parameters import Settings
 from collplan_core.time_to_goal_planner.dynamics import Motion
 
 RATE = 20.0
 """Cost by time in the middle of the space that a mover can reach, falling to 0 at its edge."""
 MOST_GROWN = 0.15
 """That space grows by so much at most [m]: else nowhere would be free of movers after a while."""
+TRAIL_RATE = 1.5
+"""The same for the way on which it came: who walks to and fro comes back."""
 FORESEEN, FORGOTTEN = 1.0, 2.0
 """Up to the first time a prediction counts in full, from the second one on not at all [s]."""
 
 
 @njit
-def mover_cost(movers: np.ndarray, time: float, span: float, motion: Motion) -> float:
+def mover_cost(movers: np.ndarray, trails: np.ndarray, time: float, span: float, motion: Motion) -> float:
     """Cost of a span of time that ends with a motion [s].
 
     Args:
-        movers: (k, 6) of `expected_discs`.
+        movers: (k, 6), and `trails` (h, 3), of `discs_and_trails`.
         time: end of the span, from the beginning of the plan [s]; span: its length [s].
         motion: the robot then.
     """
@@ -33,17 +37,23 @@ def mover_cost(movers: np.ndarray, time: float, span: float, motion: Motion) -> 
         square = dx * dx + dy * dy
         if square < reach * reach:
             cost += weight * RATE * span * (1.0 - math.sqrt(square) / reach)
-    return cost
+    deepest = 0.0
+    for k in range(len(trails)):
+        dx, dy, reach = trails[k, 0] - motion.x, trails[k, 1] - motion.y, trails[k, 2]
+        square = dx * dx + dy * dy
+        if square < reach * reach:
+            deepest = max(deepest, 1.0 - math.sqrt(square) / reach)
+    return cost + weight * TRAIL_RATE * span * deepest
 
 
-def expected_discs(rows: np.ndarray, radius: float, clearance: float) -> np.ndarray:
-    """(k, 6) x, y [m], vx, vy [m/s], distance [m] to keep between the centres of mover and robot, and its growth [m/s].
+def discs_and_trails(returns: SortedReturns, now: float, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+    """What a plan that begins at `now` [s] keeps clear of.
 
-    Args:
-        rows: (k, 6) of `Movers.rows_at` when the plan begins.
-        radius: of the robot [m].
-        clearance: kept beyond both radii [m].
+    Returns:
+        (k, 6) of each mover x, y [m], vx, vy [m/s], distance [m] to keep between its centre and the robot's, and its
+        growth [m/s]; (h, 3) of the ways on which they came x, y and distance to keep [m].
     """
-    discs = rows.copy()
-    discs[:, 4] += radius + clearance
-    return discs
+    discs, trails = returns.movers.rows_at(now), returns.trails.copy()
+    discs[:, 4] += settings.robot.radius + settings.movers.clearance
+    trails[:, 2] += settings.robot.radius
+    return discs, trails

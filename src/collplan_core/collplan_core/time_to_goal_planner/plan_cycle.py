@@ -33,7 +33,7 @@ from collplan_core.time_to_goal_planner.initial_plans import (
 )
 from collplan_core.time_to_goal_planner.initial_state import Expected, initial_velocity
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
-from collplan_core.time_to_goal_planner.mover_cost import expected_discs
+from collplan_core.time_to_goal_planner.mover_cost import discs_and_trails
 from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
@@ -110,8 +110,7 @@ def plan_cycle(
     if way is None:
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
     remembered, paths, _ = way
-    found = local_map.returns.movers.rows_at(state.stamp)
-    movers = expected_discs(found, settings.robot.radius, settings.movers.clearance)
+    movers = discs_and_trails(local_map.returns, state.stamp, settings)
     problem = problem_of(remembered.field, remembered.free, paths, settings, state.yaw, movers)
     initial = _initial_motion(problem, state, memory.expected, settings.mocap)
     carried_on = _carried_on(problem, initial, memory, state.stamp, settings.time_to_goal)

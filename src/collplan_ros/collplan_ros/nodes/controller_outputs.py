@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point, PointStamped
 from rclpy.node import Node
 from std_msgs.msg import Float64, String
 
-from collplan_core.command import HAND, STOPPED, Command, stopped
+from collplan_core.command import HAND, STOPPED, WITHOUT_REFERENCE, Command, stopped
 from collplan_core.control.activity import Activity, describe
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Settings
@@ -72,7 +72,7 @@ class ControllerOutputs:
     def send(self, command: Command, loop: ControllerLoop, now: float) -> None:
         """Publishes the command of a period at `now` [s, poses' clock], and the topics that change with it."""
         self._cmd_vel.publish(command_to_message(command, now, self._settings))
-        if command.maneuver not in (HAND, STOPPED):
+        if command.maneuver not in WITHOUT_REFERENCE:
             x, y = command.reference.tolist()
             head = header(now, self._settings.frames.map)
             self._reference.publish(PointStamped(header=head, point=Point(x=x, y=y, z=0.0)))

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from collplan_core.command import HAND, STOPPED
+from collplan_core.command import STOPPED, WITHOUT_REFERENCE
 from collplan_core.impact import SIMULATED, Impact
 from collplan_core.plan import Contacts
 from collplan_core.state import State
@@ -190,7 +190,7 @@ class RunLog:
 
     def reference_at(self, sent: float) -> SentReference | None:
         """The point tracked at that time; None while the robot is stopped, or before the first."""
-        return None if self.maneuver_at(sent) in (HAND, STOPPED) else _newest(self.sent_references, sent)
+        return None if self.maneuver_at(sent) in WITHOUT_REFERENCE else _newest(self.sent_references, sent)
 
 
 Sent = TypeVar("Sent", PoseRow, SentCommand, SentManeuver, SentReference)
