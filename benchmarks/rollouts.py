@@ -12,9 +12,10 @@ import numpy as np
 from stages import Stages, shares
 from timing import Timed, time_each
 
-from collplan_core.deadline import Deadline
+from collplan_core.deadline import Deadline, never
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.loop import planner_loop
+from collplan_core.loop import planner_loop, sensed_scans
+from collplan_core.loop.sensed_scans import PlacedScan
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.planners import local_mapping_of, planner_for
@@ -75,26 +76,31 @@ def logged_calls(families: Sequence[str]) -> list[Call]:
 
 @contextmanager
 def _listening(calls: list[Call]) -> Iterator[None]:
-    scanned: list[tuple[Scan, State]] = []
+    scanned: dict[float, tuple[Scan, State]] = {}
     made = 0
 
-    def map_of(scan: Scan, state: State, *settings: Any) -> LocalMap:
-        scanned[:] = [(scan, state)]
-        return build_local_map(scan, state, *settings)
+    def placed(scan: Scan, state: State, local_map: LocalMap) -> PlacedScan:
+        scanned[local_map.stamp] = scan, state
+        return PlacedScan(scan, state, local_map)
 
     def plan_of(
-        memory: Any, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings, deadline: Deadline
+        memory: Any,
+        local_map: LocalMap,
+        state: State,
+        goal: np.ndarray,
+        settings: Settings,
+        deadline: Deadline = never,
     ) -> Any:
         nonlocal made
         result = cycle.plan_cycle(memory, local_map, state, goal, settings)
         if made % EVERY == 0:
-            calls.append(Call(*scanned[0], memory, state, goal))
+            calls.append(Call(*scanned[local_map.stamp], memory, state, goal))
         made += 1
         return result
 
     planner = replace(planner_for("bounce"), plan=plan_of)
     with (
-        patch.object(planner_loop, "build_local_map", map_of),
+        patch.object(sensed_scans, "PlacedScan", placed),
         patch.object(planner_loop, "planner_for", lambda _: planner),
     ):
         yield
