@@ -13,6 +13,8 @@ RATE = 20.0
 """Cost by time in the middle of the space that a mover can reach, falling to 0 at its edge."""
 MOST_GROWN = 0.15
 """That space grows by so much at most [m]: else nowhere would be free of movers after a while."""
+WALKING = 0.2
+"""What is slower is given less space to grow into, and none at rest, or a gap beside it would be closed [m/s]."""
 TRAIL_RATE = 1.5
 """The same for the way on which it came: who walks to and fro comes back."""
 FORESEEN, FORGOTTEN = 1.0, 2.0
@@ -55,5 +57,6 @@ def discs_and_trails(returns: SortedReturns, now: float, settings: Settings) -> 
     """
     discs, trails = returns.movers.rows_at(now), returns.trails.copy()
     discs[:, 4] += settings.robot.radius + settings.movers.clearance
+    discs[:, 5] *= np.minimum(1.0, np.hypot(discs[:, 2], discs[:, 3]) / WALKING)
     trails[:, 2] += settings.robot.radius
     return discs, trails
