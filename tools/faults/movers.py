@@ -20,6 +20,12 @@ from faults.runs import in_folder, nothing
 
 STILL = 0.10
 """The robot's own speed towards a mover up to which a touch is none in motion, as in `make movers` [m/s]."""
+REACH = """
+/**:
+  ros__parameters:
+    lidar: {range_max: 13.0}
+"""
+"""Of the LIDAR: what moves is found only where a beam met something before."""
 HALL = {"bounds": [-1.0, -2.5, 11.0, 2.5], "start": [0.0, 0.0], "goal": [9.0, 0.0]}
 AT = 2.5, 5.0, 7.5
 """Where movers cross the way; nothing hides one from the start on, and none turns [m]."""
@@ -56,9 +62,10 @@ def scene(chance: Random, comes: float) -> dict:
 def crossed(folder: Path, chance: Random) -> Measured:
     """The time to the goal; a miss where the robot touches a mover while it drives towards it, or does not arrive."""
     strategy, comes = chance.choice(tuple(COMES.items()))
-    world = folder / "crossing.yaml"
+    world, parameters = folder / "crossing.yaml", folder / "reach.yaml"
     world.write_text(yaml.safe_dump(scene(chance, comes)), encoding="utf-8")
-    options = "--no-pictures", "--world", str(world), "--strategy", strategy
+    parameters.write_text(REACH, encoding="utf-8")
+    options = "--no-pictures", "--world", str(world), "--params", str(parameters), "--strategy", strategy
     with Run(folder / "runs", *options) as run:
         run.end()
     nearest, touches = meetings(run.out / "latest" / RECORDING)
