@@ -11,6 +11,8 @@ from collplan_core.plan import Candidates
 from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
 from collplan_ros.run.page import write_run_page
+from collplan_ros.run.picture import mover_places
+from collplan_ros.run.writer import RECORDING
 from made_runs import EPOCH
 from played_folders import newest, played_folder, recording_in, status
 
@@ -84,6 +86,18 @@ def test_movers_are_shown_as_they_are_and_as_the_planner_has_found_them(recordin
     assert newest(frames, "movers", 9.0)["at"] == seen
     assert newest(frames, "found", 9.0)["at"] == []
     assert not any("found" in frame for frame in frames if frame["t"] < 0.4 - ZERO)
+
+
+def test_the_picture_has_the_places_of_movers_half_a_second_apart(tmp_path):
+    said = []
+    for time in (0.2, 0.4, 0.6, 0.75, 1.5):
+        rows = np.array([[time, 0.2, 1.0, 0.0, 0.12], [2.0, -time, 0.0, -1.0, 0.1]])
+        said.append((77.0 + time, "ground_truth/movers", movers_to_markers(EPOCH + time, rows, "map")))
+    recording = played_folder(tmp_path, said=said) / RECORDING
+    first, second = mover_places(recording, "map")
+    np.testing.assert_allclose(first, [[0.2, 0.2, 0.12], [0.75, 0.2, 0.12], [1.5, 0.2, 0.12]], atol=1e-6)
+    np.testing.assert_allclose(second, [[2.0, -0.2, 0.1], [2.0, -0.75, 0.1], [2.0, -1.5, 0.1]], atol=1e-6)
+    assert mover_places(tmp_path / RECORDING, "map") == []
 
 
 def test_what_was_compared_is_shown_with_its_terms(recording):

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from faults import base, fuzz, goals, hands, held, line, nodes, order, poses, runs, stops, trials
+from faults import base, fuzz, goals, hands, held, line, movers, nodes, order, poses, runs, stops, trials
 from faults.base_graph import COMMANDED, BaseGraph
 from faults.bench import Bench
 from faults.fault import Fault
@@ -19,6 +19,7 @@ FAULTS: list[Fault] = [
     *goals.FAULTS,
     *line.FAULTS,
     *base.FAULTS,
+    *movers.FAULTS,
     *runs.FAULTS,
     *fuzz.FAULTS,
     *order.FAULTS,

@@ -72,12 +72,13 @@ def make_pictures(run: RecordedRun, results: Results, preparation: Preparation) 
     """Draws trajectory.png and writes run.html, of a run with poses; returns why one of them is missing."""
 
     def picture() -> None:
-        from collplan_ros.run.picture import draw_trajectory, run_end, run_title
+        from collplan_ros.run.picture import draw_trajectory, mover_places, run_end, run_title
 
         world, simulated = preparation.world, preparation.robot.simulated
         title = f"{run_title(world, preparation.settings, simulated)}: {run_end(results.summary)}"
+        movers = mover_places(run.recording, preparation.settings.frames.map)
         with replacing(run.folder / PICTURE) as path:
-            draw_trajectory(path, run.folder, world, preparation.goal, title)
+            draw_trajectory(path, run.folder, world, preparation.goal, title, movers)
 
     def page() -> None:
         from collplan_ros.run.page import write_run_page

@@ -1,7 +1,7 @@
 """trajectory.png: the robot's way through the world, from the result files of a run; and the title of its pictures."""
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,16 +9,26 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
+from collplan_ros.messages.mover_reading import movers_from_markers
+from collplan_ros.run.reader import messages
 from collplan_ros.run.result_files import IMPACTS, TRAJECTORY, counted_impacts
 
 LONGEST = 120
 """Characters of a world's name that are shown."""
 AROUND = 0.8
 """Shown of a world without an end beside the robot's way [m]."""
+MOVERS = "ground_truth/movers"
+SHOWN = 0.5
+"""Time between two places of a mover that are drawn [s]."""
 
 
-def draw_trajectory(path: Path, folder: Path, world: World, goal: np.ndarray, title: str) -> None:
-    """Writes a picture of world, way coloured by speed, impacts and goal (2,) [m], from a run folder's files."""
+def draw_trajectory(
+    path: Path, folder: Path, world: World, goal: np.ndarray, title: str, movers: Sequence[np.ndarray] = ()
+) -> None:
+    """Writes a picture of world, way coloured by speed, impacts and goal (2,) [m], from a run folder's files.
+
+    `movers` are the places of what moved, one array each, as `mover_places` gives them.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle, Polygon
@@ -37,6 +47,11 @@ def draw_trajectory(path: Path, folder: Path, world: World, goal: np.ndarray, ti
         axes.add_patch(Circle((x, y), radius, facecolor="#c9d1db", edgecolor="#46566b"))
     speeds = axes.scatter(way["x"], way["y"], c=np.hypot(way["vx"], way["vy"]), s=5, cmap="plasma", vmin=0.0)
     figure.colorbar(speeds, label="speed [m/s]", shrink=0.85)
+    for number, rows in enumerate(movers):
+        for x, y, radius in rows:
+            axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor="#7a4fa3", linewidth=0.6))
+        label = f"movers, every {SHOWN:g} s" if number == 0 else None
+        axes.plot(*rows[:, :2].T, color="#7a4fa3", linewidth=0.8, label=label)
     axes.plot(hits["x"], hits["y"], "D", color="#d55e00", markeredgecolor="white", linestyle="none", label="impacts")
     axes.plot(*goal, "*", color="#00855f", markersize=11, linestyle="none", label="goal")
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
@@ -45,6 +60,18 @@ def draw_trajectory(path: Path, folder: Path, world: World, goal: np.ndarray, ti
     x0, y0, x1, y1 = world.bounds if np.isfinite(world.bounds).all() and world.walled else ends.ravel()
     axes.set(xlim=(x0, x1), ylim=(y0, y1))
     figure.savefig(path, dpi=150)
+
+
+def mover_places(recording: Path, frame: str) -> list[np.ndarray]:
+    """(m, 3) x, y, radius [m] of each true mover of a simulated run, every SHOWN; empty without recording or movers."""
+    places: list[np.ndarray] = []
+    due = -np.inf
+    for _, _, message in messages(recording, [MOVERS]) if recording.exists() else ():
+        stamp, rows = movers_from_markers(message, frame)
+        if stamp >= due:
+            due = stamp + SHOWN
+            places.append(rows[:, [0, 1, 4]])
+    return list(np.swapaxes(np.array(places), 0, 1)) if places else []
 
 
 def run_title(world: World, settings: Settings, simulated: bool) -> str:
