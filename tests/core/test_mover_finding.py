@@ -99,6 +99,14 @@ def test_what_stops_stays_a_mover_and_what_is_seen_through_is_gone():
     assert not len(found[-1].movers)
 
 
+def test_a_scan_that_comes_again_for_one_pose_makes_no_speed():
+    states, walk = drive(16), walks(0.6)
+    scans = scans_of(states, mover=walk)
+    again = sort_all([*states[:12], states[11], *states[11:]], [*scans[:12], scans[11], *scans[11:]])
+    assert all(np.isfinite(returns.movers.rows).all() for returns in again)
+    np.testing.assert_allclose(again[-1].movers.velocities[0], (0.6, 0.0), atol=0.25)
+
+
 def test_a_surface_stands_once_it_stayed_in_place():
     states = drive(7)
     kinds = [returns.kinds for returns in sort_all(states, scans_of(states))]
@@ -139,3 +147,15 @@ def test_a_mover_that_covers_much_of_the_view_holds_no_scan():
         sensed.take_pose(state, state.stamp, SETTINGS)
         reasons += [reason for reason, _ in sensed.take_scan(scan, state.stamp, SETTINGS)]
     assert reasons == [""] * len(states)
+
+
+def test_what_stood_stands_for_a_new_goal_too():
+    sensed, states = SensedScans(0.5), drive(10)
+    for state, scan in zip(states, scans_of(states), strict=True):
+        sensed.take_pose(state, state.stamp, SETTINGS)
+        sensed.take_scan(scan, state.stamp, SETTINGS)
+    sensed.forget()
+    later = drive(11)[-1]
+    sensed.take_pose(later, later.stamp, SETTINGS)
+    sensed.take_scan(scans_of([later])[0], later.stamp, SETTINGS)
+    assert (sensed.newest_mapped(SETTINGS).local_map.returns.kinds == STANDS).mean() > 0.95

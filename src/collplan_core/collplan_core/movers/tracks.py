@@ -63,13 +63,14 @@ class Track:
     trail: np.ndarray
 
     def seen_again(self, time: float, cluster: Cluster) -> "Track":
-        """The track with one more sight."""
+        """The track with one more sight, in place of those that are not older: a scan may come again for one pose."""
+        older = self.times < time
         return replace(
             self,
             sights=self.sights + 1,
-            times=np.append(self.times, time)[-KEPT_SIGHTS:],
-            centers=np.vstack([self.centers, cluster.center])[-KEPT_SIGHTS:],
-            radii=np.append(self.radii, cluster.radius)[-KEPT_SIGHTS:],
+            times=np.append(self.times[older], time)[-KEPT_SIGHTS:],
+            centers=np.vstack([self.centers[older], cluster.center])[-KEPT_SIGHTS:],
+            radii=np.append(self.radii[older], cluster.radius)[-KEPT_SIGHTS:],
             trail=_with_place(self.trail, time, cluster.center),
         )
 
