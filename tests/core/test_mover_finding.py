@@ -12,7 +12,6 @@ from collplan_core.movers.record import MOVES, NEW, STANDS, Movers, SortedReturn
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.mover_history import MoverHistory
-from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
@@ -38,9 +37,9 @@ def drive(n: int, velocity=(0.0, 0.0), begin=(0.5, 0.4), yaw_rate: float = 0.0) 
     return [State(t, np.array(begin) + t * np.array(velocity), np.array(velocity), yaw_rate * t) for t in times]
 
 
-def scans_of(states, noise: float = 0.0, seed: int = 0, mover=lambda t: None, radius: float = 0.12):
+def scans_of(states, noise: float = 0.0, seed: int = 0, mover=lambda t: None, radius: float = 0.12, world=ROOM):
     history, scans = MoverHistory(), []
-    lidar = InstantLidar(ROOM, Lidar(range_noise=noise), seed, history)
+    lidar = InstantLidar(world, Lidar(range_noise=noise), seed, history)
     for state in states:
         place = mover(state.stamp)
         history.add(state.stamp, np.zeros((0, 3)) if place is None else np.array([[*place, radius]]))
@@ -52,7 +51,7 @@ def sort_all(states, scans) -> list[SortedReturns]:
     memory, found = MoverMemory(), []
     for state, scan in zip(states, scans, strict=True):
         seen = seen_surfaces(on_wall_lines(scan), state, SETTINGS.local_map)
-        returns, memory = find_movers(memory, seen, state, range_noise(scan), SETTINGS.movers)
+        returns, memory = find_movers(memory, scan, seen, state, SETTINGS.movers)
         found.append(returns)
     return found
 
@@ -85,6 +84,14 @@ def test_a_disc_that_sets_out_is_followed(speed):
     assert np.hypot(*(last.positions[0] - walk(last.stamp))) < 0.06
     np.testing.assert_allclose(last.velocities[0], (speed, 0.0), atol=0.25)
     assert len({int(movers.numbers[0]) for movers in found if len(movers)}) == 1
+
+
+def test_a_disc_is_followed_in_a_hall_wider_than_the_range():
+    hall = parse_world({"name": "hall", "bounds": [-10.0, -10.0, 13.0, 13.0]}, "hall")
+    states, walk = drive(21), walks(0.6)
+    last = sort_all(states, scans_of(states, mover=walk, world=hall))[-1].movers
+    assert len(last) == 1
+    assert np.hypot(*(last.positions[0] - walk(last.stamp))) < 0.06
 
 
 def test_what_stops_stays_a_mover_and_what_is_seen_through_is_gone():

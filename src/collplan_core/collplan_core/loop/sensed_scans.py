@@ -17,7 +17,6 @@ from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
 from collplan_core.sensing.lidar_mount import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
-from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.scan_filters import masked_beams, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.sensing.wall_lines import on_wall_lines
@@ -111,7 +110,7 @@ class SensedScans:
                 continue
             shown, mapping = on_wall_lines(placed(scan, beams, state, settings.scan)), local_mapping_of(settings)
             seen, masked = seen_surfaces(shown, state, mapping), masked_beams(scan, settings.scan)
-            returns, moving = find_movers(self._moving, seen, state, range_noise(scan), settings.movers)
+            returns, moving = find_movers(self._moving, scan, seen, state, settings.movers)
             moves = returns.kinds == MOVES
             if moves.any():
                 # what moves is no wall, and hides those behind it

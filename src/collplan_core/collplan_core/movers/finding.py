@@ -22,6 +22,7 @@ from collplan_core.movers.tracks import (
 )
 from collplan_core.movers.views import View, look_at_each, saw_free, view_of
 from collplan_core.parameters import MoverFinding
+from collplan_core.scan import Scan
 from collplan_core.state import State
 
 AGES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
@@ -37,7 +38,7 @@ RIM, RIM_WIDTH = 0.05, 0.12
 FEWEST = 2
 """Returns of a mover: a single one may be mixed from two surfaces, and such a one does lie in free space."""
 MOST_MOVING = 0.35
-"""A scan of which a larger share moves shows a wrong pose."""
+"""A scan of which a larger share of the beams shows motion shows a wrong pose."""
 BEFORE_FIRST = (0.0, 0.1, 0.2, 0.3)
 """A mover's returns were new for so long before its first sight [s]."""
 LOOKED_BACK = (CONFIRMED, 4, 8)
@@ -56,23 +57,22 @@ class MoverMemory:
 
 
 def find_movers(
-    memory: MoverMemory, seen: SeenSurfaces, state: State, noise: float, finding: MoverFinding
+    memory: MoverMemory, scan: Scan, seen: SeenSurfaces, state: State, finding: MoverFinding
 ) -> tuple[SortedReturns, MoverMemory]:
     """Sorts the returns of a scan, and continues the tracks; returns also the memory for the next scan.
 
     Args:
         memory: memory after the scan before.
-        seen: surfaces in the scan.
+        scan: the scan; seen: the surfaces in it.
         state: the robot at its stamp.
-        noise: standard deviation of a range [m].
         finding: margin and times.
     """
-    view = view_of(seen, state.position, noise)
+    view = view_of(scan, seen, state.position)
     away = np.hypot(*(view.hits - view.beams[:, :2]).T)
     looked = view.is_hit & (away < FARTHEST)
     moved, stands = _compared(memory.views, view, looked, finding)
     kinds = np.where(stands, STANDS, NEW)
-    if moved.sum() <= MOST_MOVING * max(int(looked.sum()), 1):
+    if moved.sum() <= MOST_MOVING * view.vouches.sum():
         kinds[moved | (looked & ~stands & _on_tracks(memory.tracks, view))] = MOVES
     groups = [each for each in _clusters(np.flatnonzero(kinds == MOVES), view) if len(each) >= FEWEST]
     kinds[kinds == MOVES] = NEW
@@ -218,7 +218,7 @@ def _movers(known: list[Track], stamp: float, finding: MoverFinding) -> Movers:
     )
 
 
-def warm_up(seen: SeenSurfaces, state: State, finding: MoverFinding) -> None:
+def warm_up(scan: Scan, seen: SeenSurfaces, state: State, finding: MoverFinding) -> None:
     """Compiles the comparison by two scans of one place, so that the second scan of a node is not late."""
-    _, memory = find_movers(MoverMemory(), seen, state, 0.0, finding)
-    find_movers(memory, seen._replace(stamp=seen.stamp + AGES[1]), state, 0.0, finding)
+    _, memory = find_movers(MoverMemory(), scan, seen, state, finding)
+    find_movers(memory, scan, seen._replace(stamp=seen.stamp + AGES[1]), state, finding)

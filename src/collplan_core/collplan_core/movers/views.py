@@ -7,9 +7,15 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.seen import SeenSurfaces
-from collplan_core.local_map.surfaces import HIT
+from collplan_core.local_map.surfaces import HIT, OPEN
+from collplan_core.scan import Scan
+from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sight_lines import place_towards
 
+OPEN_RUN = 10
+"""So many neighbouring beams that met nothing say that nothing is there: a few of them were lost."""
+FARTHEST_FREE = 4.0
+"""They vouch for so much at most [m]."""
 SIGMAS = 3.0
 """Deviations of the ranges' noise by which a return must lie within free space."""
 
@@ -17,11 +23,13 @@ SIGMAS = 3.0
 class View(NamedTuple):
     """One scan as the polygon of its hits, in the order of its n beams, world frame.
 
-    A beam that measured nothing vouches for nothing: the polygon then runs through the sensor.
+    A beam that measured nothing vouches for nothing: the polygon then runs through the sensor. One among many that met
+    nothing within range ends there.
 
     Attributes:
         stamp: stamp of the scan [s].
-        hits: (n, 2) points met [m], the sensor's place without a hit; is_hit: (n,) whether it met one.
+        hits: (n, 2) ends of the beams [m], the sensor's place where one vouches for nothing.
+        vouches: (n,) whether a beam was free up to its end; is_hit: (n,) whether it met something there.
         stands: (n,) whether the edge from hit i to the next one lies on a surface that is no mover's.
         beams: (n, 3) x, y [m] and turn beyond `first` [rad] of the sensor at each beam.
         first: bearing of the first beam; step: angle from beam to beam [rad].
@@ -31,6 +39,7 @@ class View(NamedTuple):
 
     stamp: float
     hits: np.ndarray
+    vouches: np.ndarray
     is_hit: np.ndarray
     stands: np.ndarray
     beams: np.ndarray
@@ -40,14 +49,27 @@ class View(NamedTuple):
     noise: float
 
 
-def view_of(seen: SeenSurfaces, position: np.ndarray, noise: float) -> View:
-    """The view of a scan from its surfaces, the robot's position (2,) [m] and the noise of its ranges [m]."""
+def view_of(scan: Scan, seen: SeenSurfaces, position: np.ndarray) -> View:
+    """The view of a scan, from it, its surfaces and the robot's position (2,) at its stamp [m]."""
     n, swept = len(seen.kind), len(seen.origins) > 0 and bool(np.ptp(seen.origins[:, :2], axis=0).any())
     beams = (seen.origins if len(seen.origins) else np.zeros((n, 3))) + np.array([*position, 0.0])
-    is_hit = seen.kind == HIT
-    hits = np.where(is_hit[:, None], seen.hits + position, beams[:, :2])
-    closed = seen.sweep.closed and not swept
-    return View(seen.stamp, hits, is_hit, seen.joined, beams, seen.sweep.first, seen.sweep.step, closed, noise)
+    is_hit, is_open = seen.kind == HIT, _of_a_run(seen.kind == OPEN, OPEN_RUN) & np.isfinite(scan.range_max)
+    bearings = seen.sweep.first + seen.sweep.step * np.arange(n) + beams[:, 2]
+    far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)[:, None]
+    ends = beams[:, :2] + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    hits = np.where(is_hit[:, None], seen.hits + position, ends)
+    closed, (first, step) = seen.sweep.closed and not swept, seen.sweep[:2]
+    noise = range_noise(scan)
+    return View(seen.stamp, hits, is_hit | is_open, is_hit, seen.joined, beams, first, step, closed, noise)
+
+
+def _of_a_run(which: np.ndarray, shortest: int) -> np.ndarray:
+    """(n,) those of the flags (n,) that stand in a row with others, at least so many."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], which, [False]])))
+    found = np.zeros(len(which), bool)
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        found[begin:end] = end - begin >= shortest
+    return found
 
 
 @njit
@@ -90,7 +112,7 @@ def _beam_before(view: View, x: float, y: float) -> int:
 def _is_free(view: View, place: int, x: float, y: float, margin: float) -> bool:
     """Returns whether a point between a beam and the next lies in the polygon, farther than a margin from its edges."""
     n = len(view.hits)
-    if not (view.is_hit[place] and view.is_hit[(place + 1) % n]):
+    if not (view.vouches[place] and view.vouches[(place + 1) % n]):
         return False
     away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
     (ax, ay), (bx, by) = _corner(view, place), _corner(view, place + 1)
