@@ -53,7 +53,7 @@ def scene(chance: Random, comes: float) -> dict:
         crosses = SETS_OUT + x / comes + chance.uniform(-SPREAD, SPREAD)
         begin = min(FROM, speed * crosses)
         way = [[x, -side * begin], [x, side * FROM]]
-        delay = crosses - begin / speed
+        delay = max(0.0, crosses - begin / speed)
         each = {"radius": chance.uniform(*RADII), "way": way, "speed": speed, "delay": delay, "to_and_fro": False}
         movers.append(each)
     return {**HALL, "movers": movers}
@@ -68,7 +68,10 @@ def crossed(folder: Path, chance: Random) -> Measured:
     options = "--no-pictures", "--world", str(world), "--params", str(parameters), "--strategy", strategy
     with Run(folder / "runs", *options) as run:
         run.end()
-    nearest, touches = meetings(run.out / "latest" / RECORDING)
+    recording = run.out / "latest" / RECORDING
+    if not recording.exists():
+        return Measured(missed=f"bringup did not drive: {run.text[-300:]}")
+    nearest, touches = meetings(recording)
     if nearest > NEAR:
         return Measured(unbegun=f"no mover came nearer than {nearest:.1f} m")
     summary, fastest = run.summary(), max(touches, default=0.0)
