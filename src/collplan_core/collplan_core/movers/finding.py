@@ -20,7 +20,7 @@ from collplan_core.movers.tracks import (
     Track,
     with_clusters,
 )
-from collplan_core.movers.views import View, look_at_each, saw_free, view_of
+from collplan_core.movers.views import View, look_at_each, saw_free, view_of, without_surfaces
 from collplan_core.parameters import MoverFinding
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -89,7 +89,7 @@ def find_movers(
     swept = _swept(known)
     kept = tuple(each for each in memory.views if 0.0 < seen.stamp - each.stamp <= AGES[-1] + 0.2)
     if any(track.sights in LOOKED_BACK and track.last_seen == seen.stamp for track in known):
-        kept = tuple(_without_surfaces(each, swept) for each in kept)
+        kept = tuple(without_surfaces(each, swept) for each in kept)
     returns = SortedReturns(kinds, _movers(known, seen.stamp, finding), swept, _trails(known))
     return returns, MoverMemory((*kept, newest), tracks, number)
 
@@ -197,12 +197,6 @@ def _trails(known: list[Track]) -> np.ndarray:
     return np.vstack([np.zeros((0, 3)), *(np.insert(track.trail[:, 1:], 2, track.radius, axis=1) for track in known)])
 
 
-def _without_surfaces(view: View, swept: np.ndarray) -> View:
-    """A view whose surfaces within discs (m, 3) vouch for nothing that stands."""
-    off = np.hypot(*(view.hits[:, None] - swept[:, :2]).T).T
-    return view._replace(stands=view.stands & ~(off < swept[:, 2]).any(axis=1))
-
-
 def _movers(known: list[Track], stamp: float, finding: MoverFinding) -> Movers:
     if not known:
         return replace(NO_MOVERS, stamp=stamp)
@@ -222,3 +216,4 @@ def warm_up(scan: Scan, seen: SeenSurfaces, state: State, finding: MoverFinding)
     """Compiles the comparison by two scans of one place, so that the second scan of a node is not late."""
     _, memory = find_movers(MoverMemory(), scan, seen, state, finding)
     find_movers(memory, scan, seen._replace(stamp=seen.stamp + AGES[1]), state, finding)
+    without_surfaces(memory.views[-1], np.zeros((1, 3)))

@@ -187,3 +187,20 @@ def look_at_each(
         free[i] = _is_free(view, place, x, y, margin + SIGMAS * view.noise + view.step * away)
         surface[i] = unsure[i] and _is_on_surface(view, place, x, y, in_place)
     return free, surface
+
+
+def without_surfaces(view: View, discs: np.ndarray) -> View:
+    """A view whose surfaces within discs (m, 3) x, y, radius [m] vouch for nothing that stands."""
+    return view._replace(stands=view.stands & ~_are_within(view.hits, discs))
+
+
+@njit
+def _are_within(points: np.ndarray, discs: np.ndarray) -> np.ndarray:
+    """(n,) whether each of the points (n, 2) is in one of the discs (m, 3)."""
+    found = np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        for k in range(len(discs)):
+            dx, dy = points[i, 0] - discs[k, 0], points[i, 1] - discs[k, 1]
+            if dx * dx + dy * dy < discs[k, 2] * discs[k, 2]:
+                found[i] = True
+    return found
