@@ -27,7 +27,7 @@ WAITS_WITHIN = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What a command is checked against.
+    """Movers, and the newest scan, against which a command is checked.
 
     Attributes:
         movers: what moves.

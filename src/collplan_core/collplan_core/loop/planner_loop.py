@@ -110,7 +110,7 @@ class PlannerLoop:
 
     @property
     def movers(self) -> Movers:
-        """What moves around the robot, by the scans so far."""
+        """The movers that the scans so far show."""
         return self._inputs.sensed.movers
 
     # ---- inputs

@@ -1,1 +1,1 @@
-"""What moves around the robot: found in scans, predicted, and kept from being driven into."""
+"""Movers: found in scans, followed, and a check that keeps the robot from driving into them."""

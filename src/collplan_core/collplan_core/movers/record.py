@@ -72,4 +72,4 @@ class SortedReturns:
 
 NO_MOVERS = Movers(-np.inf, np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
 ALL_STANDS = SortedReturns(np.zeros(0, int), NO_MOVERS, np.zeros((0, 3)), np.zeros((0, 3)))
-"""Of a scan that stands alone."""
+"""Sorted returns of a scan in which everything stands."""

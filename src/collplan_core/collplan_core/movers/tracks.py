@@ -19,7 +19,7 @@ WALKED = 0.15
 FASTEST = 2.5
 """A faster fit is one of wrong clusters [m/s]."""
 CERTAIN = 5
-"""From so many sights on a velocity counts in full: what comes out from behind an edge first seems to move anyhow."""
+"""Number of sights from which on a velocity counts in full: it is wrong at first where a mover comes out from an edge."""
 GROWTH_OF_FEW = 1.2
 """Growth added to a track, by its number of sights: its velocity is not known yet [m/s]."""
 LEAST_RADIUS, MOST_RADIUS = 0.10, 0.30
@@ -76,7 +76,7 @@ class Track:
 
     @property
     def has_walked(self) -> bool:
-        """Whether it has come away from its first place."""
+        """Whether the mover is away from where it was seen first."""
         return float(np.hypot(*(self.centers[-1] - self.first))) > WALKED
 
     @property

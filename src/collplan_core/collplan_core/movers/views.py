@@ -1,4 +1,4 @@
-"""What a scan saw to be free and where it saw surfaces, kept to sort the returns of later scans."""
+"""Views: the free space and the surfaces that a scan saw, with which the returns of later scans are compared."""
 
 import math
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sight_lines import place_towards
 
 OPEN_RUN = 10
-"""So many neighbouring beams that met nothing say that nothing is there: a few of them were lost."""
+"""Number of neighbouring beams without a hit from which on they count as free: a few may be lost ones."""
 FARTHEST_FREE = 4.0
 """They vouch for so much at most [m]."""
 SIGMAS = 3.0

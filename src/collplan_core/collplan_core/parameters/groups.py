@@ -314,7 +314,7 @@ class ScanInput(Parameters):
 
 @dataclass(frozen=True)
 class MoverFinding(Parameters):
-    """How what moves is told from what stands, and the space that a mover is given."""
+    """Detection of movers, and the space that one is given."""
 
     group = "movers"
     margin: float = parameter(0.03, "A return so deep in space that was seen to be free has come there by moving; noise of ranges and the spacing of beams are added", unit="m", low=0.01, high=0.3)

@@ -26,7 +26,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.record import Remembered
 from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, Sight, middle, pool_of, sight_of
 
 DEEPER = 0.04
-"""What has stood is forgotten only so much deeper within the place of a mover: walls stand beside it [m]."""
+"""Depth within a mover's place from which on pieces that have stood are forgotten too: walls stand beside it [m]."""
 NO_ROWS, NONE = np.zeros(0), np.zeros(0, bool)
 
 
