@@ -19,7 +19,7 @@ WALKED = 0.15
 FASTEST = 2.5
 """A faster fit is one of wrong clusters [m/s]."""
 CERTAIN = 5
-"""Number of sights from which on a velocity counts in full: it is wrong at first where a mover comes out from an edge."""
+"""Number of sights from which on a velocity counts in full: beside an edge the first ones are wrong."""
 GROWTH_OF_FEW = 1.2
 """Growth added to a track, by its number of sights: its velocity is not known yet [m/s]."""
 LEAST_RADIUS, MOST_RADIUS = 0.10, 0.30
