@@ -11,7 +11,7 @@ import numpy as np
 
 from collplan_core.command import HAND, WAITING, Command
 from collplan_core.loop.sensed_scans import PlacedScan
-from collplan_core.movers.guard import IN_HAND, body_of, largest_share
+from collplan_core.movers.guard import ALLOWED, GROWTH, IN_HAND, MORE, REACH, body_of, largest_share
 from collplan_core.movers.record import Movers
 from collplan_core.movers.unseen import unseen_edges
 from collplan_core.parameters import Settings
@@ -44,16 +44,16 @@ class Surroundings:
         moving = self.movers.rows_at(now)
         rows = np.empty((len(moving), 10))
         rows[:, :6], rows[:, 4:6] = moving[:, [0, 1, 0, 1, 2, 3]], moving[:, 2:4]
-        rows[:, 6], rows[:, 7] = moving[:, 4] + settings.movers.clearance, moving[:, 5]
-        rows[:, 8], rows[:, 9] = freely, IN_HAND
+        rows[:, REACH], rows[:, GROWTH] = moving[:, 4] + settings.movers.clearance, moving[:, 5]
+        rows[:, ALLOWED], rows[:, MORE] = freely, IN_HAND
         if limits.emerging_speed == 0.0 or self.placed is None:
             return rows
         shown = self.placed.local_map
         edges = unseen_edges(shown.view, shown.view_from, shown.view_beams, shown.walls, self.placed.scan.range_max)
         unseen = np.zeros((len(edges), 10))
         unseen[:, :4] = edges
-        unseen[:, 6] = limits.emerging_speed * max(now - shown.stamp, 0.0)
-        unseen[:, 7], unseen[:, 8] = limits.emerging_speed, max(freely, CREEP)
+        unseen[:, REACH] = limits.emerging_speed * max(now - shown.stamp, 0.0)
+        unseen[:, GROWTH], unseen[:, ALLOWED] = limits.emerging_speed, max(freely, CREEP)
         return np.vstack([rows, unseen])
 
     @property
@@ -96,5 +96,5 @@ def kept_off(command: Command, state: State, around: Surroundings, settings: Set
 def _nearest(reached: np.ndarray, state: State, radius: float) -> float:
     """Distance of the robot from the nearest of what can be reached [m]; inf where there is none."""
     to_axes = [state.position - nearest_on_segment(*row[:4], *state.position) for row in reached]
-    gaps = [float(np.hypot(*to_axis)) - row[6] - radius for to_axis, row in zip(to_axes, reached, strict=True)]
+    gaps = [float(np.hypot(*to_axis)) - row[REACH] - radius for to_axis, row in zip(to_axes, reached, strict=True)]
     return max(0.0, min(gaps, default=math.inf))

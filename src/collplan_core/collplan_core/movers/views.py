@@ -8,6 +8,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.local_map.surfaces import HIT, OPEN
+from collplan_core.plane import nearest_on_segment
 from collplan_core.scan import Scan
 from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sight_lines import place_towards
@@ -85,13 +86,18 @@ def _corner(view: View, i: int) -> tuple[float, float]:
 
 
 @njit
-def _square_to_edge(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Square of the distance of a point from the edge from a to b [m^2]."""
-    dx, dy = bx - ax, by - ay
-    length2 = dx * dx + dy * dy
-    s = 0.0 if length2 < 1e-18 else min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length2))
-    ex, ey = x - ax - s * dx, y - ay - s * dy
-    return ex * ex + ey * ey
+def _is_near_edge(view: View, i: int, x: float, y: float, distance: float) -> bool:
+    """Returns whether a point is nearer than a distance [m] to the edge from corner i to the next one."""
+    (ax, ay), (bx, by) = _corner(view, i), _corner(view, i + 1)
+    nx, ny = nearest_on_segment(ax, ay, bx, by, x, y)
+    return (x - nx) * (x - nx) + (y - ny) * (y - ny) < distance * distance
+
+
+@njit
+def _beams_around(view: View, away: float, distance: float) -> int:
+    """How many beams to each side go within a distance of a point that is so far away [m]."""
+    n = len(view.hits)
+    return n // 2 if distance >= away else min(n // 2, int(math.asin(distance / away) / view.step) + 2)
 
 
 @njit
@@ -110,11 +116,17 @@ def _beam_before(view: View, x: float, y: float) -> int:
 
 @njit
 def _is_free(view: View, place: int, x: float, y: float, margin: float) -> bool:
-    """Returns whether a point between a beam and the next lies in the polygon, farther than a margin from its edges."""
+    """Returns whether a point between a beam and the next lies in the polygon, farther than a margin from its edges.
+
+    The margin grows by the noise of ranges, and by the spacing of this view's beams at the point: a tip that stands
+    hides between two of them. The depth counts from every edge: what comes into view behind a tip lies outside of the
+    polygon, and what is near the edge of its shadow is within the margin.
+    """
     n = len(view.hits)
     if not (view.vouches[place] and view.vouches[(place + 1) % n]):
         return False
     away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
+    margin += SIGMAS * view.noise + view.step * away
     (ax, ay), (bx, by) = _corner(view, place), _corner(view, place + 1)
     farther = max(
         math.hypot(ax - view.beams[place, 0], ay - view.beams[place, 1]),
@@ -122,12 +134,11 @@ def _is_free(view: View, place: int, x: float, y: float, margin: float) -> bool:
     )
     if farther - away < margin or (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0:
         return False
-    width = n // 2 if margin >= away else min(n // 2, int(math.asin(margin / away) / view.step) + 2)
+    width = _beams_around(view, away, margin)
     if not view.closed and not width <= place < n - width:
         return False
-    for i in range(place - width, place + width + 1):
-        (ax, ay), (bx, by) = _corner(view, i), _corner(view, i + 1)
-        if _square_to_edge(x, y, ax, ay, bx, by) < margin * margin:
+    for i in range(place - width, place + width + 1):  # noqa: SIM110 (numba has no generators)
+        if _is_near_edge(view, i, x, y, margin):
             return False
     return True
 
@@ -137,30 +148,19 @@ def _is_on_surface(view: View, place: int, x: float, y: float, in_place: float) 
     """Returns whether a point between a beam and the next lies on a surface that stands."""
     n = len(view.hits)
     away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
-    width = n // 2 if in_place >= away else min(n // 2, int(math.asin(in_place / away) / view.step) + 2)
+    width = _beams_around(view, away, in_place)
     for k in range(2 * width + 1):  # from the middle on: it is nearly always there
         i = place + ((k + 1) // 2 if k % 2 else -(k // 2))
-        if not (view.closed or 0 <= i < n) or not view.stands[i % n]:
-            continue
-        (ax, ay), (bx, by) = _corner(view, i), _corner(view, i + 1)
-        if _square_to_edge(x, y, ax, ay, bx, by) < in_place * in_place:
+        if (view.closed or 0 <= i < n) and view.stands[i % n] and _is_near_edge(view, i, x, y, in_place):
             return True
     return False
 
 
 @njit
 def saw_free(view: View, x: float, y: float, margin: float) -> bool:
-    """Returns whether a view saw a point as free, deeper than a margin [m].
-
-    The margin grows by the noise of ranges, and by the spacing of this view's beams at the point: a tip that stands
-    hides between two of them. The depth counts from every edge: what comes into view behind a tip lies outside of the
-    polygon, and what is near the edge of its shadow is within the margin.
-    """
+    """Returns whether a view saw a point as free, deeper than a margin [m], which grows as in `_is_free`."""
     place = _beam_before(view, x, y)
-    if place < 0:
-        return False
-    away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
-    return _is_free(view, place, x, y, margin + SIGMAS * view.noise + view.step * away)
+    return place >= 0 and _is_free(view, place, x, y, margin)
 
 
 @njit
@@ -183,8 +183,7 @@ def look_at_each(
         if place < 0:
             continue
         x, y = hits[i, 0], hits[i, 1]
-        away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
-        free[i] = _is_free(view, place, x, y, margin + SIGMAS * view.noise + view.step * away)
+        free[i] = _is_free(view, place, x, y, margin)
         surface[i] = unsure[i] and _is_on_surface(view, place, x, y, in_place)
     return free, surface
 
