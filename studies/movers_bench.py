@@ -31,17 +31,22 @@ from omnipuck_sim.trial import run_trial
 
 STRATEGIES = ("avoid", "bounce", "low_risk")
 JOBS = 2
-Task = tuple[int, int, str, bool]
-"""Number of the trial, first seed, strategy, whether with movers."""
+ALONE, MOVERS, FORESEEN = "alone", "movers", "foreseen"
+"""Without movers; with movers; with movers, and limits.emerging_speed at the speed of the fastest."""
+Task = tuple[int, int, str, str]
+"""Number of the trial, first seed, strategy, and which of the three."""
 
 
 def row_of(task: Task) -> dict[str, Any]:
     """The row of a trial: how it ended, when [s], and its touches of movers."""
-    index, seed, strategy, moving = task
+    index, seed, strategy, kind = task
     world = world_of(index, seed)
-    if moving:
+    values: dict[str, Any] = {"planner.strategy": strategy}
+    if kind != ALONE:
         world = with_movers(world, index, seed)
-    settings = Settings().with_values({"planner.strategy": strategy})
+    if kind == FORESEEN:
+        values["limits.emerging_speed"] = max(mover.speed for mover in world.movers)
+    settings = Settings().with_values(values)
     result = run_trial(world, settings, seed + index)
     places, touches = result.trajectory[:, 1:3], []
     for (time, mover, speed), before in zip(result.touches, (-np.inf, *(t.time for t in result.touches)), strict=False):
@@ -60,11 +65,11 @@ def row_of(task: Task) -> dict[str, Any]:
     }
 
 
-def figures(strategy: str, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def figures(strategy: str, rows: Sequence[dict[str, Any]], kind: str = MOVERS) -> dict[str, Any]:
     """A strategy's line of the file; in runs that `appeared_too_close`, a stop would have saved no touch in motion."""
     of_strategy = [row for row in rows if row["task"][2] == strategy]
-    without = {row["task"][0]: row for row in of_strategy if not row["task"][3]}
-    runs = [row for row in of_strategy if row["task"][3]]
+    without = {row["task"][0]: row for row in of_strategy if row["task"][3] == ALONE}
+    runs = [row for row in of_strategy if row["task"][3] == kind]
     moving = [[touch for touch in row["touches"] if touch["speed"] > STILL] for row in runs]
     pairs = [(row["time"], without[row["task"][0]]) for row in runs if row["task"][0] in without and reached(row)]
     times = [(time, other["time"]) for time, other in pairs if reached(other)]
@@ -105,13 +110,15 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=200, help="trials of each strategy with movers (default 200)")
     parser.add_argument("--seed", type=int, default=97000, help="of the first world, its movers and noise")
+    parser.add_argument("--foreseen", action="store_true", help="limits.emerging_speed is that of the fastest mover")
     parser.add_argument("--jobs", type=int, default=JOBS, help=f"processes (default {JOBS})")
     parser.add_argument("--out", type=Path, default=Path("runs/movers.json"), help="the figures; rows go to .jsonl")
     given = parser.parse_args(args)
+    kind = FORESEEN if given.foreseen else MOVERS
     out, code = JsonLines(given.out.with_suffix(".jsonl")), trial_code()
     wanted: list[Task] = [
-        (index, given.seed, strategy, moving)
-        for index, strategy, moving in product(range(given.trials), STRATEGIES, (True, False))
+        (index, given.seed, strategy, each)
+        for index, strategy, each in product(range(given.trials), STRATEGIES, (kind, ALONE))
     ]
     there = {tuple(row["task"]) for row in out.records() if row["code"] == code}
     missing = [task for task in wanted if task not in there]
@@ -123,7 +130,7 @@ def main(args: Sequence[str] | None = None) -> int:
         print("stopped; the next call goes on here", file=sys.stderr)
         return 130
     rows = [row for row in out.records() if row["code"] == code and tuple(row["task"]) in set(wanted)]
-    lines = [figures(strategy, rows) for strategy in STRATEGIES]
+    lines = [figures(strategy, rows, kind) for strategy in STRATEGIES]
     given.out.write_text(json.dumps(lines, indent=1) + "\n", encoding="utf-8")
     print(table(lines))
     return 0

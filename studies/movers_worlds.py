@@ -1,4 +1,8 @@
-"""The worlds of the bench with movers: one to three movers near the shortest way, whoever drives there."""
+"""The worlds of the bench with movers: one to three movers near the shortest way, whoever drives there.
+
+Nobody comes back for ever over a robot that gives way: who walks to and fro does so for WALKS, then stays, and all that
+stay leave a way to the goal.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -21,8 +25,14 @@ SPACING, ROOM = 0.05, 0.12
 """Spacing of the places that the shortest way leads over, and what it keeps from obstacles [m]."""
 PACE = 0.8
 """Speed at which a robot is expected along the way; movers set out so that they meet it [m/s]."""
-OFTEN, PASSING = 0.5, 0.10
-"""Share of the time in which a disc of the radius PASSING [m] must have a way to the goal between the movers."""
+WALKS = 6.0
+"""Most time for which it walks to and fro [s], unless one round takes longer."""
+OFTEN = 0.5
+"""Share of the time in which there must be a way to the goal between the movers."""
+AT_LAST = 1000.0
+"""A time when all movers stay [s]: there must be one then."""
+PASSING, STAYING = (0.10, 0.10), (ROOM, 0.15)
+"""What a way keeps from obstacles and from movers, while they walk and when they stay [m]."""
 BESIDE = 0.1
 """Distance from start and goal that counts as there [m]."""
 ASIDE = 0.45
@@ -131,16 +141,20 @@ def _movers(world: World, way: np.ndarray, random: np.random.Generator) -> Itera
 
 
 def _is_passable(world: World) -> bool:
-    """No gap is closed for most of the time: nobody could arrive then."""
+    """No gap is closed for most of the time, or for ever: nobody could arrive then."""
     assert world.start is not None
     assert world.goal is not None
-    free, ends, open_at = free_space(world, PASSING), shapely.points([world.start, world.goal]), 0
     times = np.arange(1.0, 30.0, 1.7)
-    for time in times:
-        discs = [shapely.Point(place_at(mover, time)).buffer(mover.radius + PASSING) for mover in world.movers]
-        parts = shapely.get_parts(free.difference(shapely.union_all(discs)))
-        open_at += any(shapely.distance(part, ends).max() < BESIDE for part in parts)
-    return open_at >= OFTEN * len(times)
+    open_at = sum(_is_open(world, time, PASSING) for time in times)
+    return open_at >= OFTEN * len(times) and _is_open(world, AT_LAST, STAYING)
+
+
+def _is_open(world: World, time: float, room: tuple[float, float]) -> bool:
+    """Whether there is a way to the goal with so much room from obstacles and from movers, where they then are [m]."""
+    discs = [shapely.Point(place_at(mover, time)).buffer(mover.radius + room[1]) for mover in world.movers]
+    parts = shapely.get_parts(free_space(world, room[0]).difference(shapely.union_all(discs)))
+    ends = shapely.points([world.start, world.goal])
+    return any(shapely.distance(part, ends).max() < BESIDE for part in parts)
 
 
 def _drawn(kind: str, scene: Scene) -> Mover:
@@ -155,7 +169,7 @@ def _drawn(kind: str, scene: Scene) -> Mover:
     short = np.hypot(*np.diff(mover.way, axis=0).T).sum() < 0.2
     if short or np.hypot(*(mover.way[0] - scene.way[0])) < ASIDE:
         raise WorldError("no room")
-    return mover
+    return replace(mover, rounds=max(1, int(WALKS / mover.schedule[0][-1])))
 
 
 def shortest_way(world: World) -> np.ndarray:

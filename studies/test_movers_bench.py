@@ -7,7 +7,7 @@ from collplan_core.parameters import Settings
 from collplan_core.worlds import World
 from collplan_core.worlds.route import clearance
 from collplan_core.worlds.shapes import obstacle_at
-from movers_bench import figures, main
+from movers_bench import ALONE, MOVERS, figures, main
 from movers_rule import REACTION, SEEN, STILL, share_in_view, speed_left
 from movers_worlds import ASIDE, FAMILIES, RADII, SPEEDS, shortest_way, with_movers, world_of
 
@@ -129,7 +129,8 @@ def test_movers_are_drawn_anew_the_same_with_room_and_away_from_the_robot(index)
 
 def row(index, strategy, moving, outcome="reached", time=2.0, touches=()):
     touches = [{"time": 1.0, "mover": 0, "speed": speed, "left": left} for speed, left in touches]
-    return {"task": [index, 1, strategy, moving], "outcome": outcome, "time": time, "touches": touches}
+    task = [index, 1, strategy, MOVERS if moving else ALONE]
+    return {"task": task, "outcome": outcome, "time": time, "touches": touches}
 
 
 def test_the_figures_of_rows_by_hand():

@@ -1,6 +1,7 @@
 """Movers: where they are when nothing hinders them, what is refused, their files, and how a LIDAR sees them."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -74,6 +75,16 @@ def test_delay_pause_and_ends_by_hand():
         (22.0, (1.5, 1)),
     ):
         assert place_at(for_ever, time) == pytest.approx(place)
+    one_round = replace(for_ever, rounds=1)
+    for time, place in ((10.0, (2, 3)), (18.0, (1.5, 1)), (22.0, (1, 1)), (50.0, (1, 1))):
+        assert place_at(one_round, time) == pytest.approx(place)
+
+
+def test_who_turns_back_stays_in_its_round():
+    walk = Mover(0.1, np.array([[0.0, 0.0], [1.0, 0.0]]), 1.0, rounds=2)
+    back = turned(walk, 2.25)  # in the second round of 2 s, on its way out
+    assert (back, place_at(walk, back)) == (3.75, (0.25, 0.0))
+    assert place_at(walk, back + 1.0) == (0.0, 0.0)
 
 
 def test_bad_movers_are_refused_and_named():
@@ -85,6 +96,7 @@ def test_bad_movers_are_refused_and_named():
         (f"{good}, delay: -1", "movers[1].delay: got -1, expected a number from 0 [s]"),
         (f"{good}, pause: long", "movers[1].pause: got 'long', expected a number from 0 [s]"),
         (f"{good}, to_and_fro: 1", "movers[1].to_and_fro: got 1, expected true or false"),
+        (f"{good}, rounds: 1.5", "movers[1].rounds: got 1.5, expected a whole number from 0"),
         (f"{good}, sped: 1", "movers[1].sped: unknown key, expected radius, way, speed"),
         ("radius: 0.1, way: [[1, 1]]", "movers[1].speed: missing"),
         ("radius: 0.1, speed: 1, way: []", "movers[1].way: got [], expected at least one way point"),

@@ -1,11 +1,15 @@
 """The whole cycle from a scan to a plan: symmetries, special cases, memory, and every choice by name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map
+from collplan_core.movers.record import ALL_STANDS, NO_MOVERS, Movers
+from collplan_core.paper_planner.clear_of_movers import meets_a_mover
 from collplan_core.paper_planner.costs.model import weights_of
 from collplan_core.paper_planner.plan_cycle import plan_cycle
 from collplan_core.parameters import Settings, Weights
@@ -187,3 +191,34 @@ def test_the_tie_rule_decides_where_velocity_has_no_weight():
         aims.append(cycle(world_of(), state, goal, chosen)[0].aim_velocity)
     assert np.hypot(*aims[0]) == pytest.approx(ROBOT.max_speed)
     assert not aims[1].any()
+
+
+def a_mover(place, velocity=(0.0, 0.0)) -> Movers:
+    one = np.ones(1)
+    return Movers(0.0, np.zeros(1, int), np.array([place]), np.array([velocity]), 0.1 * one, 0.1 * one, 0.0 * one)
+
+
+def test_a_way_that_a_mover_is_in_is_told_from_one_beside_it_behind_it_or_away_from_it():
+    ahead, behind, aside = np.array([0.6, 0.0]), np.array([-0.6, 0.0]), np.array([0.0, 0.6])
+    points = np.array([ahead, behind, aside])
+    for mover, blocked in (
+        (a_mover((0.45, 0.0)), [True, False, False]),
+        (a_mover((0.1, 0.0)), [True, False, False]),  # it touches the robot, which may leave it
+        (a_mover((0.6, 0.0), (-1.2, 0.0)), [True, True, False]),  # faster than the robot flees, but it can dodge
+        (a_mover((0.45, 0.0), (0.0, 1.2)), [False, False, False]),  # gone when the robot is there
+        (a_mover((0.4, 0.5), (0.0, -0.5)), [True, False, False]),
+    ):
+        np.testing.assert_array_equal(meets_a_mover(points, mover, at_rest((0.0, 0.0)), SETTINGS), blocked)
+    assert not meets_a_mover(points, NO_MOVERS, at_rest((0.0, 0.0)), SETTINGS).any()
+
+
+@pytest.mark.parametrize("strategy", sorted(PAPER_WEIGHTS))
+@pytest.mark.parametrize("goal", [(0.5, 0.0), (3.0, 0.0)])
+def test_it_drives_round_a_mover_that_stands_in_its_way(strategy, goal):
+    settings, state, goal = SETTINGS.with_values({"planner.strategy": strategy}), at_rest((0.0, 0.0)), np.array(goal)
+    local_map = build_local_map(scan_of(world_of(), state), state, ROBOT, settings.local_map)
+    free, _ = plan_cycle(None, local_map, state, goal, settings)
+    assert np.abs(free.positions[:, 1]).max() < 0.05
+    there = replace(ALL_STANDS, movers=a_mover((0.3, 0.0)))
+    plan, _ = plan_cycle(None, replace(local_map, returns=there), state, goal, settings)
+    assert not meets_a_mover(plan.aim[None], there.movers, state, settings)[0]

@@ -8,6 +8,7 @@ import numpy as np
 from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.free_space import inside
 from collplan_core.local_map.record import LocalMap
+from collplan_core.paper_planner.clear_of_movers import meets_a_mover
 from collplan_core.paper_planner.costs.model import CostModel, cost_model
 from collplan_core.paper_planner.costs.position import position_costs, straight_on
 from collplan_core.paper_planner.costs.risk import collision_risks, crossings, gap_risks
@@ -22,6 +23,8 @@ from collplan_core.state import State
 from collplan_core.velocity_bounds import velocity_bounds
 
 NO_AIM = np.full(2, np.nan)
+BLOCKED = 1e6
+"""Cost of a candidate that a mover is in the way to: only where all are blocked one of them is chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +77,8 @@ def plan_cycle(
     memory = memory or PaperMemory(state.position, NO_AIM, 0.0)
     travelled = memory.travelled + float(np.hypot(*(state.position - memory.previous)))
     end = _end_at(goal, local_map, settings.planner.goal_tolerance)
+    if end is not None and meets_a_mover(end[None], local_map.returns.movers, state, settings)[0]:
+        end = None
     choice = _best(memory, travelled, local_map, state, goal, settings) if end is None else _goal_itself(end)
     times, positions, velocities = make_trajectory(state, choice.aim, choice.aim_velocity, settings)
     times = state.stamp + times
@@ -117,7 +122,8 @@ def _best(
     if len(space.positions) == 0:
         raise NoPlan("no frontier in the local map and the goal is not in free space")
     terms = _evaluated(space, memory, travelled, local_map, state, goal, model, settings)
-    costs = terms[:, TOTAL]
+    blocked = meets_a_mover(space.points + center, local_map.returns.movers, state, settings)
+    costs = terms[:, TOTAL] + BLOCKED * blocked
     best = _least(costs, space, state.position - center, model, settings)
     return _Choice(
         space.points[best] + center,

@@ -24,6 +24,7 @@ class Mover:
         to_and_fro: walks back from the last way point to the first, and so on; otherwise it stays at the last.
         delay: time for which it stands at the first way point before it sets out [s].
         pause: time for which it stands at each way point that it comes to [s].
+        rounds: number of walks there and back after which it stays at the first way point; with 0 it never does.
 
     Raises:
         ValueError: at construction; the message names the key, the value and what was expected.
@@ -35,6 +36,7 @@ class Mover:
     to_and_fro: bool = True
     delay: float = 0.0
     pause: float = 0.0
+    rounds: int = 0
 
     def __post_init__(self) -> None:
         for key, expected in NUMBERS.items():
@@ -45,6 +47,8 @@ class Mover:
                 raise ValueError(f"{key}: got {value!r:.80}, expected a number {expected}")
         if not isinstance(self.to_and_fro, bool):
             raise ValueError(f"to_and_fro: got {self.to_and_fro!r:.80}, expected true or false")
+        if type(self.rounds) is not int or self.rounds < 0:
+            raise ValueError(f"rounds: got {self.rounds!r:.80}, expected a whole number from 0")
         way = finite("way", self.way, (None, 2), WAY_FORM)
         if len(way) == 0 or (np.hypot(*np.diff(way, axis=0).T) < 1e-9).any():
             raise ValueError(f"way: got {way.tolist()!r:.80}, {WAY_FORM}")
@@ -72,10 +76,13 @@ def place_at(mover: Mover, time: float) -> tuple[float, float]:
 
 def turned(mover: Mover, time: float) -> float:
     """The time at which a mover that walks to and fro is at the place of `time` [s] and walks the other way."""
-    whole = float(mover.schedule[0][-1])
-    return mover.delay + (whole - mover.pause - _since_set_out(mover, time)) % whole
+    whole, since = float(mover.schedule[0][-1]), _since_set_out(mover, time)
+    return max(time, mover.delay) - since + (whole - mover.pause - since) % whole
 
 
 def _since_set_out(mover: Mover, time: float) -> float:
+    """Time since it set out on the round that it walks [s]."""
     since, whole = max(time - mover.delay, 0.0), float(mover.schedule[0][-1])
-    return since % whole if mover.to_and_fro and whole > 0.0 else since
+    if not mover.to_and_fro or whole == 0.0 or 0.0 < mover.rounds * whole <= since:
+        return since
+    return since % whole
