@@ -41,8 +41,3 @@ def mount_in(links: Mapping[str, Link], base: str, frame: str) -> LidarMount | N
         tilt = math.degrees(math.acos(abs(up[2])))
         raise ValueError(f"{frame} is tilted by {tilt:.0f} degrees on {base}, expected a level LIDAR")
     return LidarMount(float(position[0]), float(position[1]), math.atan2(ahead[1], ahead[0]), bool(up[2] < 0.0))
-
-
-def rotation_of(x: float, y: float, z: float, w: float) -> Rotation:
-    """The rotation of a unit quaternion."""
-    return Rotation.from_quat((x, y, z, w))
