@@ -153,7 +153,10 @@ class SimulatedMocap:
     def _publish_impacts(self) -> list[Impact]:
         impacts = self.simulator.take_impacts()
         for impact in impacts:
-            self._publish_impact(impact)
+            stamped, frame = replace(impact, time=self._epoch + impact.time), self._settings.frames.map
+            self._impact_publisher.publish(impact_to_message(stamped.time, impact.change, frame))
+            self._contact_publisher.publish(impact_to_cloud(stamped, frame))
+        self.impacts += len(impacts)
         return impacts
 
     def _take_fault(self, settings: Settings) -> None:
@@ -186,9 +189,3 @@ class SimulatedMocap:
     def _send_poses(self) -> None:
         while self._sends_pose():
             self._pose_publisher.publish(self._unsent.popleft()[1])
-
-    def _publish_impact(self, impact: Impact) -> None:
-        self.impacts += 1
-        stamped, frame = replace(impact, time=self._epoch + impact.time), self._settings.frames.map
-        self._impact_publisher.publish(impact_to_message(stamped.time, impact.change, frame))
-        self._contact_publisher.publish(impact_to_cloud(stamped, frame))
