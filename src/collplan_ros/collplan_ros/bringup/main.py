@@ -227,21 +227,21 @@ def _conclusion(result: RunResult) -> str:
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = parse(args)
-    progress = Progress()
     try:
         if options.robots != 1:
             results = run_robots(options)
         elif options.check:
-            return check(options, progress)
+            return check(options, Progress())
         else:
-            results = [run(options, progress)]
+            results = [run(options)]
     except StartError as error:
         print(f"bringup: {error}", file=sys.stderr)
         return NOT_STARTED
     except KeyboardInterrupt:  # a second Ctrl-C, while the pictures are drawn
         return 130
     for result in results:
-        progress.say(_conclusion(result))
+        name = result.folder.parent.name if len(results) > 1 else ""
+        Progress(name=name).say(_conclusion(result))
     return max(result.exit_code for result in results)
 
 
