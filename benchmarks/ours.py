@@ -10,6 +10,7 @@ from timing import time_each
 from collplan_core.local_map import build_local_map
 from collplan_core.paper_planner.trajectory import TIME_LAWS, WAYPOINTS, spline
 from collplan_core.parameters import Settings
+from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
@@ -34,7 +35,7 @@ def lines_round(states: list[Logged]) -> list[float]:
         replace(state.scan, ranges=np.maximum(state.scan.ranges + each, 0.0))
         for state, each in zip(states, errors, strict=True)
     ]
-    return time_each(on_wall_lines, noisy)
+    return time_each(lambda scan: on_wall_lines(scan, range_noise(scan)), noisy)
 
 
 def map_round(states: list[Logged]) -> list[float]:

@@ -12,6 +12,7 @@ from collplan_core.movers.record import MOVES, NEW, STANDS, Movers, SortedReturn
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.mover_history import MoverHistory
+from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
@@ -50,8 +51,9 @@ def scans_of(states, noise: float = 0.0, seed: int = 0, mover=lambda t: None, ra
 def sort_all(states, scans) -> list[SortedReturns]:
     memory, found = MoverMemory(), []
     for state, scan in zip(states, scans, strict=True):
-        seen = seen_surfaces(on_wall_lines(scan), state, SETTINGS.local_map)
-        returns, memory = find_movers(memory, scan, seen, state, SETTINGS.movers)
+        noise = range_noise(scan)
+        seen = seen_surfaces(on_wall_lines(scan, noise), state, SETTINGS.local_map)
+        returns, memory = find_movers(memory, scan, noise, seen, state, SETTINGS.movers)
         found.append(returns)
     return found
 

@@ -13,7 +13,7 @@ from collplan_core.control.interlock import LONGEST_FAULT
 from collplan_core.control.motion_monitor import OK
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
-from collplan_core.loop.mover_guard import Surroundings, kept_off
+from collplan_core.loop.mover_guard import kept_off
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.state import State
@@ -127,14 +127,14 @@ def test_what_may_come_out_of_what_it_does_not_see_slows_it_and_the_hall_does_no
         sensed = SensedScans(EMERGING.limits.pose_history)
         sensed.take_pose(state, 1.0, EMERGING)
         sensed.take_scan(seen, 1.0, EMERGING)
-        around.append(Surroundings(NO_MOVERS, sensed.newest_mapped(EMERGING)))
+        around.append(sensed.newest_mapped(EMERGING))
     fast = replace(state, velocity=np.array([0.9, 0.0]))
     command = Command(np.array([0.9, 0.0]), 0.0, FREE_SPACE, np.zeros(2))
-    assert kept_off(command, fast, around[0], EMERGING) is command
-    slowed = kept_off(command, fast, around[1], EMERGING)
+    assert kept_off(command, fast, NO_MOVERS, around[0], EMERGING) is command
+    slowed = kept_off(command, fast, NO_MOVERS, around[1], EMERGING)
     assert math.hypot(*slowed.velocity) < 0.9
     assert "what it does not see" in slowed.reason
-    assert kept_off(command, fast, around[1], SETTINGS) is command
+    assert kept_off(command, fast, NO_MOVERS, around[1], SETTINGS) is command
 
 
 def test_people_are_told():

@@ -17,6 +17,7 @@ from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
+from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.scan_filters import masked_beams, upside_down, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.sensing.seen_walls import wall_of_each_beam
@@ -68,7 +69,7 @@ def judged(states, scans, taken=SETTINGS.scan) -> list[str]:
     reasons, memory = [], ScanMemory()
     for state, scan in zip(states, scans, strict=True):
         masked, beams = masked_beams(scan, taken), standing_at(state, scan)
-        seen = seen_surfaces(on_wall_lines(scan), state, SETTINGS.local_map)
+        seen = seen_surfaces(on_wall_lines(scan, range_noise(scan)), state, SETTINGS.local_map)
         reason, memory = judge_scan(memory, scan, masked, beams, seen, state, SETTINGS.limits)
         reasons.append(reason)
     return reasons
@@ -185,7 +186,7 @@ def test_walls_hidden_since_by_a_parallel_one_make_no_scan_late():
     state = State(1.0, np.array([1.5, 0.5]), np.array([0.0, 1.0]), 0.0)
     scan = simulate_scan(DOOR, state, SETTINGS.lidar)
     beams, masked = standing_at(state, scan), np.zeros(len(scan.ranges), bool)
-    seen = seen_surfaces(on_wall_lines(scan), state, SETTINGS.local_map)
+    seen = seen_surfaces(on_wall_lines(scan, range_noise(scan)), state, SETTINGS.local_map)
     shown = wall_of_each_beam(seen, scan, state.position)
     shown = shown[~np.isnan(shown[:, 0])]
     behind = shown[shown[:, 3] > 0.9]

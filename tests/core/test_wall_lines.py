@@ -34,6 +34,10 @@ def with_noise(scan: Scan, noise: float, seed: int = 0) -> Scan:
     return replace(scan, ranges=np.maximum(scan.ranges + errors, 0.0))
 
 
+def straightened(scan: Scan) -> Scan:
+    return on_wall_lines(scan, range_noise(scan))
+
+
 def spread(scan: Scan, exact: Scan) -> float:
     """Below which 95 % of the errors of finite ranges are [m]: of the rest some straddle an edge."""
     hits = np.isfinite(exact.ranges)
@@ -52,7 +56,7 @@ def test_the_noise_is_found_from_the_scan(world, noise, seed):
 def test_exact_walls_have_none_and_stay_to_the_last_bit(world):
     scan = scan_of(world, at_rest())
     assert range_noise(scan) < 1e-9
-    assert on_wall_lines(scan) is scan
+    assert straightened(scan) is scan
 
 
 # ---- what is left of it
@@ -62,7 +66,7 @@ def test_exact_walls_have_none_and_stay_to_the_last_bit(world):
 def test_it_falls_to_less_than_two_thirds(world, noise, seed):
     exact = scan_of(world, at_rest())
     noisy = with_noise(exact, noise, seed)
-    assert spread(on_wall_lines(noisy), exact) < 2.0 / 3.0 * spread(noisy, exact)
+    assert spread(straightened(noisy), exact) < 2.0 / 3.0 * spread(noisy, exact)
 
 
 @given(distance=st.floats(0.1, 1.0), tilt=st.floats(-3.0, 3.0), seed=SEEDS)
@@ -72,7 +76,7 @@ def test_a_wall_close_by_is_neither_nearer_nor_farther(distance, tilt, seed):
     ahead = np.cos(angles - tilt)
     exact = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, np.where(ahead > 0.5, distance / np.maximum(ahead, 0.5), np.inf))
     errors = [
-        np.mean(on_wall_lines(with_noise(exact, 0.01, seed + k)).ranges[ahead > 0.5] - exact.ranges[ahead > 0.5])
+        np.mean(straightened(with_noise(exact, 0.01, seed + k)).ranges[ahead > 0.5] - exact.ranges[ahead > 0.5])
         for k in range(30)
     ]
     assert abs(np.mean(errors)) < 0.0015
@@ -85,7 +89,7 @@ def test_by_hand_what_stands_out_of_a_wall_stays():
         flat = 0.6 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
         there = (np.arange(360) >= 15) & (np.arange(360) < 15 + n_beams)
         exact = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, flat - np.where(there, height, 0.0))
-        found = [on_wall_lines(with_noise(exact, 0.01, seed)).ranges for seed in range(8)]
+        found = [straightened(with_noise(exact, 0.01, seed)).ranges for seed in range(8)]
         assert (flat - np.mean(found, axis=0))[there].mean() > 0.8 * height, (n_beams, height)
 
 
@@ -96,13 +100,13 @@ def test_by_hand_a_lost_beam_is_filled_on_a_wall_and_stays_lost_elsewhere():
     lost = [ahead, 20, 21, edge]
     noisy = with_noise(exact, 0.01).ranges.copy()
     noisy[lost] = np.nan
-    found = on_wall_lines(replace(exact, ranges=noisy)).ranges
+    found = straightened(replace(exact, ranges=noisy)).ranges
     assert found[ahead] == pytest.approx(exact.ranges[ahead], abs=0.01)
     assert np.isnan(found[[20, 21, edge]]).all()
     # a beam that straddles an edge meets what is near, also where its hit is on a line with one hit of each surface
     for share in (0.5, 0.4):
         noisy[edge + 1] = exact.ranges[edge] + share * (exact.ranges[edge + 2] - exact.ranges[edge])
-        found = on_wall_lines(replace(exact, ranges=noisy)).ranges
+        found = straightened(replace(exact, ranges=noisy)).ranges
         assert found[edge + 1] == pytest.approx(exact.ranges[edge], abs=0.03)
 
 
@@ -115,7 +119,7 @@ def test_a_hit_between_two_surfaces_counts_as_the_near_one(share, elsewhere):
     exact = np.where(np.arange(450) <= end, beside, np.where(np.arange(450) < 113, behind, elsewhere))
     exact[end + 1] = exact[end] + share * (exact[end + 2] - exact[end])
     for seed in range(20):
-        found = on_wall_lines(with_noise(Scan(0.0, 0.0, TURN / 450, 0.02, 5.0, exact), 0.01, seed)).ranges
+        found = straightened(with_noise(Scan(0.0, 0.0, TURN / 450, 0.02, 5.0, exact), 0.01, seed)).ranges
         assert found[end + 1] == pytest.approx(exact[end], abs=0.045), seed
 
 
@@ -136,7 +140,7 @@ def any_scan(draw) -> Scan:
 
 @given(scan=any_scan())
 def test_hits_stay_hits_and_are_no_farther_than_noise_explains(scan):
-    found = on_wall_lines(scan)
+    found = straightened(scan)
     hits = np.isfinite(scan.ranges)
     single = np.isnan(scan.ranges) & np.roll(hits, 1) & np.roll(hits, -1)
     others = ~hits & ~single
@@ -158,14 +162,14 @@ def test_neither_the_first_beam_nor_the_sense_of_turning_nor_a_last_beam_that_re
 ):
     """RPLIDAR and YDLIDAR repeat it, and begin anywhere in the room."""
     scan = with_noise(scan_of(world, at_rest()), noise, seed)
-    straight = on_wall_lines(scan)
+    straight = straightened(scan)
     rolled = replace(scan, ranges=np.roll(scan.ranges, first))
-    turned = on_wall_lines(rolled)
+    turned = straightened(rolled)
     np.testing.assert_allclose(turned.ranges, np.roll(straight.ranges, first), atol=1e-9)
-    back = on_wall_lines(replace(scan, ranges=scan.ranges[::-1], angle_increment=-scan.angle_increment))
+    back = straightened(replace(scan, ranges=scan.ranges[::-1], angle_increment=-scan.angle_increment))
     assert spread(back, replace(straight, ranges=straight.ranges[::-1])) < noise
     again = rolled.ranges[0] + 0.5 * noise
-    found = on_wall_lines(replace(rolled, ranges=np.append(rolled.ranges, again)))
+    found = straightened(replace(rolled, ranges=np.append(rolled.ranges, again)))
     np.testing.assert_array_equal(found.ranges, np.append(turned.ranges, again))
 
 
@@ -174,4 +178,4 @@ def test_too_few_hits_say_nothing():
     ranges[:41] = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(41)
     scan = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, ranges)
     assert range_noise(scan) == 0.0
-    assert on_wall_lines(scan) is scan
+    assert straightened(scan) is scan

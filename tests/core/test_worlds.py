@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from dataclasses import replace
 from functools import cache
 from itertools import combinations
 from pathlib import Path
@@ -13,7 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from collplan_core.worlds import World, WorldError, arena_names, check_route, load_world, save_world, world_segments
+from collplan_core.worlds import (
+    Mover,
+    World,
+    WorldError,
+    arena_names,
+    check_route,
+    load_world,
+    save_world,
+    world_segments,
+)
 from collplan_core.worlds.families import FAMILIES
 from collplan_core.worlds.route import free_space
 from collplan_core.worlds.shapes import obstacle_at
@@ -105,6 +115,18 @@ def test_a_route_may_end_within_the_tolerance_of_its_goal():
     behind = np.array([1.15, 0.95])
     with pytest.raises(WorldError, match=r"goal: .*reached"):
         check_route(world_of([[[0.9, -0.1], [1.1, -0.1], [1.1, 1.1], [0.9, 1.1]]]), start, behind, 0.09, 0.06)
+
+
+def test_no_mover_begins_on_the_start_of_a_route():
+    start, goal = np.array([0.4, 0.5]), np.array([1.6, 0.5])
+    for x, said in ((0.4, "is 0.00 m from"), (0.58, "is 0.18 m from"), (0.61, "")):
+        world = replace(world_of([GATE]), movers=(Mover(0.11, np.array([[x, 0.5], [0.2, 0.5]]), 1.0),))
+        if not said:
+            check_route(world, start, goal, 0.09)
+            continue
+        words = rf"movers\[0\]\.way\[0\]: \[{x}, 0\.5\] {said} the robot's start, expected at least 0\.2 m"
+        with pytest.raises(WorldError, match=words):
+            check_route(world, start, goal, 0.09)
 
 
 def test_a_route_needs_room_at_both_ends():

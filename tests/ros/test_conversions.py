@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Quaternion, Twist, TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
@@ -58,13 +58,14 @@ def test_seconds_survive_stamps(seconds, sec, nanosec):
 @given(yaws)
 @FEW
 def test_yaw_survives_a_quaternion(yaw):
-    assert r.yaw_from_quaternion(sent(c.quaternion_from_yaw(yaw))) == pytest.approx(yaw, abs=1e-12)
+    turned = sent(c.quaternion_from_yaw(yaw))
+    assert r.yaw_of(turned.x, turned.y, turned.z, turned.w) == pytest.approx(yaw, abs=1e-12)
 
 
 def test_quaternions_that_are_none():
     for x, y, z, w in ((0.0,) * 4, (0.0, 0.0, 0.0, 1.1), (math.nan, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 1.0)):
         with pytest.raises(r.MessageError, match="orientation"):
-            r.yaw_from_quaternion(Quaternion(x=x, y=y, z=z, w=w))
+            r.yaw_of(x, y, z, w)
 
 
 # ---- poses
@@ -113,12 +114,13 @@ def test_goal_and_impact(stamp, point):
     np.testing.assert_array_equal(value, point)
 
 
-@given(stamps, points, points, points, yaws, st.sampled_from(SOURCES))
+@given(stamps, points, points, points, yaws, st.sampled_from(SOURCES), st.booleans())
 @FEW
-def test_impact(stamp, point, before, after, angle, source):
+def test_impact(stamp, point, before, after, angle, source, moves):
     normal = np.array([math.cos(angle), math.sin(angle)])
-    impact = impact_from_cloud(sent(impact_to_cloud(Impact(stamp, point, normal, before, after, source), "map")), "map")
-    assert (impact.time, impact.source) == (stamp, source)
+    given_impact = Impact(stamp, point, normal, before, after, source, moves)
+    impact = impact_from_cloud(sent(impact_to_cloud(given_impact, "map")), "map")
+    assert (impact.time, impact.source, impact.with_mover) == (stamp, source, moves)
     for name, value in {"point": point, "normal": normal, "velocity_before": before, "velocity_after": after}.items():
         np.testing.assert_array_equal(getattr(impact, name), value)
 

@@ -23,7 +23,7 @@ def robots():
 
 def gathered(simulators):
     rendezvous = Rendezvous(STARTS)
-    places = rendezvous.places()
+    places = rendezvous.places
     return rendezvous, [place.share(each) for place, each in zip(places, simulators, strict=True)]
 
 
@@ -70,7 +70,7 @@ thread.join()
 
 def test_each_is_ready_once_all_are_and_one_that_cannot_start_ends_all():
     rendezvous = Rendezvous(STARTS)
-    first, second = rendezvous.places()
+    first, second = rendezvous.places
     assert not first.all_ready()
     assert second.all_ready()
     assert first.all_ready()
@@ -84,4 +84,4 @@ def test_each_is_ready_once_all_are_and_one_that_cannot_start_ends_all():
 
     rendezvous = Rendezvous(STARTS)
     with pytest.raises(StartError, match="no room"):
-        rendezvous.run([partial(wait, rendezvous.places()[0]), fail])
+        rendezvous.run([partial(wait, rendezvous.places[0]), fail])

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -94,6 +95,10 @@ def test_the_summary_of_a_run_worked_by_hand_with_and_without_its_truth():
     assert summary["control_period_ms"]["p50"] == pytest.approx(50.0)
     assert summary["candidates"] == {"mean": 10.0, "before_pruning_mean": 30.0}
     assert summary["maneuvers"] == {"free_space": summary["control_period_ms"]["n"] + 1}
+    assert summary["impacts_with_movers"] == 0
+    log.impacts += [replace(log.impacts[0], with_mover=True)] * 2
+    summary = summarize(log, impacts_of(log, WINDOW), "reached", GOAL, Settings())
+    assert [summary[count] for count in ("impacts", "impacts_with_movers")] == [3, 2]
     log = detected_only(log)
     summary = summarize(log, impacts_of(log, WINDOW), "timeout", GOAL, Settings())
     assert [summary[count] for count in counts] == [1, 1, 1]

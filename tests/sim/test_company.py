@@ -55,6 +55,7 @@ def test_head_on_they_exchange_what_restitution_leaves():
     (impact,) = robots[0].take_impacts()
     assert impact.velocity_before == pytest.approx([0.8, 0.0])
     assert impact.normal == pytest.approx([-1.0, 0.0])
+    assert impact.with_mover
 
 
 def test_one_that_stands_is_pushed_off_and_one_that_is_missed_is_not():

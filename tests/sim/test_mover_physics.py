@@ -69,6 +69,7 @@ def test_its_velocity_counts_in_the_rebound(engine):
         while not impacts and sim.time < 4.0:
             sim.step()
             impacts += sim.take_impacts()
+        assert impacts[0].with_mover
         assert impacts[0].velocity_before[0] == pytest.approx(robot, abs=1e-6)
         expected = -speed - RESTITUTION * (robot + speed)
         assert impacts[0].velocity_after[0] == pytest.approx(expected, abs=0.05 * (robot + speed))
@@ -79,13 +80,22 @@ def test_its_velocity_counts_in_the_rebound(engine):
 
 def test_a_robot_that_drives_into_a_standing_one_rebounds_as_from_a_post(engine):
     standing = Mover(R, np.array([[1.0, 0.0]]), 1.0)
-    ends = []
+    ends, moved = [], []
     for world in (scene(standing), make_world(circles=[(1.0, 0.0, R)])):
         sim = launched(world, (0.0, 0.05), (0.9, 0.0), engine)
         for _ in range(1600):
             sim.step()
         ends.append([*sim.state.position, *sim.state.velocity])
+        moved += [impact.with_mover for impact in sim.take_impacts()]
     np.testing.assert_allclose(*ends, atol=5e-3)
+    assert moved == [True, False]
+
+
+def test_a_mover_on_the_start_is_refused(engine):
+    with pytest.raises(
+        WorldError, match=r"movers\[0\].way\[0\]: \[1.0, 0.0\] is 0.10 m from the robot's start, expected"
+    ):
+        Simulator(scene(coming(0.6)), engine, 0, start=np.array([0.9, 0.0]))
 
 
 def test_it_stands_before_a_robot_that_cannot_give_way_and_then_turns_back(engine):

@@ -30,6 +30,8 @@ def written(path: Path, group: str) -> str:
 
 def test_what_cannot_be_done_is_one_line_and_exit_code_2_before_anything_starts(tmp_path, capsys):
     (tmp_path / "split.yaml").write_text(WORLD + "start: [0.3, 0.5]\n")
+    on_start = "start: [0.3, 0.5]\ngoal: [0.6, 0.5]\nmovers:\n  - {radius: 0.1, way: [[0.4, 0.5]], speed: 1}\n"
+    (tmp_path / "moved.yaml").write_text(WORLD + on_start)
     (tmp_path / "file").write_text("")
     split = ["--world", str(tmp_path / "split.yaml")]
     real = ["--robot", "serial:/dev/null", "--world", "corridor", "--goal", "2.0", "0.4", "--network", "local"]
@@ -45,6 +47,10 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2_before_anything_starts(
             (["--goal", "0.5", "0.8"], "obstacle"),
             ([*split, "--goal", "1.5", "0.5"], "cannot be reached"),
             (split, "goal"),
+            (
+                ["--world", str(tmp_path / "moved.yaml")],
+                "movers[0].way[0]: [0.4, 0.5] is 0.10 m from the robot's start",
+            ),
             (["--seed", "-1"], "simulator.seed: got -1"),
             (["--timeout", "nan"], "trial.timeout: got nan"),
             (["--engine", "bullet"], "simulator.engine: got 'bullet', expected one of pymunk, mujoco"),

@@ -1,5 +1,6 @@
 """Installed programs: how one is started, and how it is called from the user's shell."""
 
+import argparse
 import re
 import signal
 import sys
@@ -23,6 +24,12 @@ def as_called(program: str) -> str:
 def examples(text: str) -> str:
     """Returns a help text whose example lines, two spaces and a program's name, call the program as it was called."""
     return PROGRAMS.sub(lambda line: f"  {as_called(line[1])}", text)
+
+
+def parser_of(program: str, description: str, epilog: str, usage: str | None = None) -> argparse.ArgumentParser:
+    """The parser of a program's command line, whose texts are laid out as they are, with examples as it was called."""
+    form = argparse.RawDescriptionHelpFormatter
+    return argparse.ArgumentParser(program, usage, description, examples(epilog), formatter_class=form)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ class Impact:
         normal: (2,) unit normal out of the obstacle.
         velocity_before, velocity_after: (2,) velocity of the robot's centre [m/s].
         source: one of SOURCES.
+        with_mover: whether the obstacle is a mover or another robot; known of simulated impacts alone.
     """
 
     time: float
@@ -27,6 +28,7 @@ class Impact:
     velocity_before: np.ndarray
     velocity_after: np.ndarray
     source: str = SIMULATED
+    with_mover: bool = False
 
     @property
     def change(self) -> np.ndarray:

@@ -14,7 +14,7 @@ from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop import motion_watch
 from collplan_core.loop.delay_prediction import motion_under_way
-from collplan_core.loop.mover_guard import Surroundings, kept_off
+from collplan_core.loop.mover_guard import kept_off
 from collplan_core.loop.sensed_scans import PlacedScan
 from collplan_core.movers import finding
 from collplan_core.movers.record import NO_MOVERS
@@ -49,7 +49,7 @@ def warm_up() -> None:
     motion_under_way(state, np.zeros((1, 3)), 0.01, 0.01, local_map, settings)
     onto = Command(np.array([settings.robot.max_speed, 0.0]), 0.0, FREE_SPACE, np.zeros(2))
     wary = settings.with_values({"limits.emerging_speed": settings.robot.max_speed})
-    kept_off(onto, state, Surroundings(NO_MOVERS, PlacedScan(scan, state, local_map)), wary)
+    kept_off(onto, state, NO_MOVERS, PlacedScan(scan, state, local_map), wary)
     for strategy in ("high_risk", "harness"):
         chosen, planner = settings.with_values({"planner.strategy": strategy}), planner_for(strategy)
         plan, memory = planner.plan(None, local_map, state, world.goal, chosen)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from collplan_core.calibration.lidar_fit import LidarMount
@@ -15,11 +16,11 @@ LEVEL = math.radians(15.0)
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """A frame in its parent: position (3,) [m] and rotation."""
+    """A frame in its parent: position (3,) [m], and the unit quaternion (4,) x, y, z, w that turns it."""
 
     parent: str
-    position: np.ndarray
-    rotation: Rotation
+    position: ArrayLike
+    quaternion: ArrayLike
 
 
 def mount_in(links: Mapping[str, Link], base: str, frame: str) -> LidarMount | None:
@@ -32,8 +33,8 @@ def mount_in(links: Mapping[str, Link], base: str, frame: str) -> LidarMount | N
     for _ in links:
         if at == base or at not in links:
             break
-        link = links[at]
-        position, rotation, at = link.position + link.rotation.apply(position), link.rotation * rotation, link.parent
+        link, turn = links[at], Rotation.from_quat(links[at].quaternion)
+        position, rotation, at = link.position + turn.apply(position), turn * rotation, link.parent
     if at != base:
         return None
     ahead, up = rotation.apply([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -41,8 +42,3 @@ def mount_in(links: Mapping[str, Link], base: str, frame: str) -> LidarMount | N
         tilt = math.degrees(math.acos(abs(up[2])))
         raise ValueError(f"{frame} is tilted by {tilt:.0f} degrees on {base}, expected a level LIDAR")
     return LidarMount(float(position[0]), float(position[1]), math.atan2(ahead[1], ahead[0]), bool(up[2] < 0.0))
-
-
-def rotation_of(x: float, y: float, z: float, w: float) -> Rotation:
-    """The rotation of a unit quaternion."""
-    return Rotation.from_quat((x, y, z, w))

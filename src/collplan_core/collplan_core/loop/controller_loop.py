@@ -25,7 +25,7 @@ from collplan_core.local_map import LocalMap
 from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
-from collplan_core.loop.mover_guard import Surroundings, kept_off
+from collplan_core.loop.mover_guard import kept_off
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
@@ -231,12 +231,12 @@ class ControllerLoop:
         self._adopt()
         hand, integral = self._hand, self._memory.integral
         if hand is not None and overrides(hand, local, self._settings.limits):
-            command = self._kept_off(self._override(hand, local), local)
+            command = self._kept_off(self._override(hand, local), None, local)
             self.override_trouble = self.override_trouble or command.reason
         else:
             self.override_trouble = ""
-            wanted = self._planned_command(local)
-            command = self._kept_off(wanted, local)
+            wanted, acts = self._planned_command(local)
+            command = self._kept_off(wanted, acts, local)
             if command is not wanted:
                 # the position is off the reference because the robot waits, not because something pushes it
                 self._memory = replace(self._memory, integral=integral)
@@ -268,20 +268,21 @@ class ControllerLoop:
             self.refusals.add("hand", command.reason)
         return command
 
-    def _planned_command(self, local: float) -> Command:
+    def _planned_command(self, local: float) -> tuple[Command, State | None]:
+        """The command by the plan, and the robot when it acts; None where it stands."""
         reason = self._why_still(local)
         followed, state, now = self._followed, self._inputs.state, self._inputs.now(local)
         if reason or followed is None or state is None or now is None:
             self._memory = ControllerMemory(heading=self._memory.heading)
-            return stopped(reason)
+            return stopped(reason), None
         settings = self._settings
         state, now = self._when_it_acts(state, now, followed.local_map)
         command, self._memory = follow(self._memory, followed.plan, followed.local_map, state, now, settings)
         clipped = clip_command(command.velocity, command.yaw_rate, settings.robot, settings.limits)
         if clipped is None:
             self.refusals.add("command", f"{command.velocity.tolist()} m/s, {command.yaw_rate} rad/s")
-            return stopped("the command is not finite or far beyond the limits")
-        return replace(command, velocity=clipped[0], yaw_rate=clipped[1])
+            return stopped("the command is not finite or far beyond the limits"), None
+        return replace(command, velocity=clipped[0], yaw_rate=clipped[1]), replace(state, stamp=now)
 
     def _when_it_acts(self, state: State, now: float, local_map: LocalMap) -> tuple[State, float]:
         """The robot when a command that is sent now acts, and the time then [s]; without a delay the newest pose."""
@@ -292,17 +293,20 @@ class ControllerLoop:
         state = motion_under_way(state, self._commands, delay, ahead, local_map, self._settings).end
         return state, state.stamp
 
-    def _kept_off(self, command: Command, local: float) -> Command:
-        """The command after the check against what moves; as it is where poses or scans show nothing by now."""
+    def _kept_off(self, command: Command, acts: State | None, local: float) -> Command:
+        """The command after the check against what moves; as it is where poses or scans show nothing by now.
+
+        `acts` is the robot when the command acts, where that is known already.
+        """
         settings, sensed = self._settings, self._inputs.sensed
         state, now = self._inputs.state, self._inputs.now(local)
         nothing = len(sensed.movers) == 0 and settings.limits.emerging_speed == 0.0
         if nothing or state is None or now is None or self._inputs.why_stale(local, settings.limits):
             return command
         placed = sensed.newest_mapped(settings)
-        if placed is not None:
+        if acts is None and placed is not None:
             state, now = self._when_it_acts(state, now, placed.local_map)
-        return kept_off(command, replace(state, stamp=now), Surroundings(sensed.movers, placed), settings)
+        return kept_off(command, acts or replace(state, stamp=now), sensed.movers, placed, settings)
 
     def _why_still(self, local: float) -> str:
         """Returns the reason why the robot must not move now, "" where it may; a reason that lasts holds the robot."""

@@ -5,7 +5,7 @@ nothing.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,72 +25,53 @@ WAITS_WITHIN = 1.0
 """A robot that hardly moves and has a mover so near waits for it [m]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Surroundings:
-    """Movers, and the newest scan, against which a command is checked.
-
-    Attributes:
-        movers: what moves.
-        placed: newest scan with its local map; None without one.
-    """
-
-    movers: Movers
-    placed: PlacedScan | None
-
-    def reached(self, now: float, settings: Settings, by_hand: bool) -> np.ndarray:
-        """(k, 10) what can be reached from `now` [s] on, for `movers.guard`; first the movers."""
-        limits = settings.limits
-        freely = max(limits.mover_speed, limits.blind_speed if by_hand else 0.0)
-        moving = self.movers.rows_at(now)
-        rows = np.empty((len(moving), 10))
-        rows[:, :6], rows[:, 4:6] = moving[:, [0, 1, 0, 1, 2, 3]], moving[:, 2:4]
-        rows[:, REACH], rows[:, GROWTH] = moving[:, 4] + settings.movers.clearance, moving[:, 5]
-        rows[:, ALLOWED], rows[:, MORE] = freely, IN_HAND
-        if limits.emerging_speed == 0.0 or self.placed is None:
-            return rows
-        shown = self.placed.local_map
-        edges = unseen_edges(shown.view, shown.view_from, shown.view_beams, shown.walls, self.placed.scan.range_max)
-        unseen = np.zeros((len(edges), 10))
-        unseen[:, :4] = edges
-        unseen[:, REACH] = limits.emerging_speed * max(now - shown.stamp, 0.0)
-        unseen[:, GROWTH], unseen[:, ALLOWED] = limits.emerging_speed, max(freely, CREEP)
-        return np.vstack([rows, unseen])
-
-    @property
-    def walls(self) -> np.ndarray:
-        """(w, 4) walls of the newest scan [m]."""
-        return np.zeros((0, 4)) if self.placed is None else self.placed.local_map.walls
-
-
-def kept_off(command: Command, state: State, around: Surroundings, settings: Settings) -> Command:
+def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan | None, settings: Settings) -> Command:
     """The command, shortened so far that the robot can still brake for what moves; with the reason, where it is.
 
     A person sees the robot: by hand only what is faster than limits.blind_speed is checked.
 
     Args:
         state: the robot when the command acts, its stamp the time then.
-        around: what is there; where that is nothing, the command is returned as it is.
+        movers: what moves; where nothing does, and nothing may come out, the command is returned as it is.
+        placed: newest scan with its local map; None without one.
     """
-    by_hand = command.maneuver == HAND
+    by_hand, limits = command.maneuver == HAND, settings.limits
     speed = float(np.hypot(*command.velocity))
-    if speed == 0.0:
-        return command
-    reached = around.reached(state.stamp, settings, by_hand)
-    if len(reached) == 0:
+    freely = max(limits.mover_speed, limits.blind_speed if by_hand else 0.0)
+    reached = _reached(movers, placed, state.stamp, settings, freely)
+    if speed == 0.0 or len(reached) == 0:
         return command
     wanted = np.array(rotate(*command.velocity.tolist(), state.yaw))
     motion = np.concatenate([state.position, state.velocity])
-    least = min(1.0, settings.limits.blind_speed / speed) if by_hand else 0.0
-    share, row = largest_share(reached, around.walls, body_of(settings), motion, wanted, least)
+    walls = np.zeros((0, 4)) if placed is None else placed.local_map.walls
+    least = min(1.0, limits.blind_speed / speed) if by_hand else 0.0
+    share, row = largest_share(reached, walls, body_of(settings), motion, wanted, least)
     sent = command if share == 1.0 else replace(command, velocity=share * command.velocity)
-    near = _nearest(reached[: len(around.movers)], state, settings.robot.radius)
+    near = _nearest(reached[: len(movers)], state, settings.robot.radius)
     if not by_hand and share * speed < CREEP and near < WAITS_WITHIN:
         return replace(sent, maneuver=WAITING, reason=f"waits for a mover {near:.1f} m away")
     if share == 1.0:
         return command
     away = _nearest(reached[row : row + 1], state, settings.robot.radius)
-    what = "a mover" if row < len(around.movers) else "what it does not see"
+    what = "a mover" if row < len(movers) else "what it does not see"
     return replace(sent, reason=f"keeps off {what} {away:.1f} m away")
+
+
+def _reached(movers: Movers, placed: PlacedScan | None, now: float, settings: Settings, freely: float) -> np.ndarray:
+    """(k, 10) what can be reached from `now` [s] on, for `movers.guard`; first the movers, allowed `freely` [m/s]."""
+    moving, emerging = movers.rows_at(now), settings.limits.emerging_speed
+    rows = np.empty((len(moving), 10))
+    rows[:, :6] = moving[:, [0, 1, 0, 1, 2, 3]]
+    rows[:, REACH], rows[:, GROWTH] = moving[:, 4] + settings.movers.clearance, moving[:, 5]
+    rows[:, ALLOWED], rows[:, MORE] = freely, IN_HAND
+    if emerging == 0.0 or placed is None:
+        return rows
+    shown = placed.local_map
+    edges = unseen_edges(shown.view, shown.view_from, shown.view_beams, shown.walls, placed.scan.range_max)
+    unseen = np.zeros((len(edges), 10))
+    unseen[:, :4], unseen[:, REACH] = edges, emerging * max(now - shown.stamp, 0.0)
+    unseen[:, GROWTH], unseen[:, ALLOWED] = emerging, max(freely, CREEP)
+    return np.vstack([rows, unseen])
 
 
 def _nearest(reached: np.ndarray, state: State, radius: float) -> float:

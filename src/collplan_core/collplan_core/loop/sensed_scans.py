@@ -17,6 +17,7 @@ from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
 from collplan_core.sensing.lidar_mount import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.scan_filters import masked_beams, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.sensing.wall_lines import on_wall_lines
@@ -32,6 +33,8 @@ class PlacedScan:
     local_map: LocalMap
 
 
+MAPS = 2
+"""Local maps that are kept: the newest scan's, and that of the scan that a plan was made from."""
 Judged = list[tuple[str, float]]
 """Verdict on each scan: why it is refused, "" where it is accepted, and its time of receipt [s, local clock]."""
 
@@ -55,7 +58,7 @@ class SensedScans:
         self._unplaced: list[tuple[Scan, float]] = []
         self._scans: deque[tuple[Scan, SeenSurfaces, SortedReturns]] = deque()
         self._memory, self._moving = ScanMemory(), MoverMemory()
-        self._mapped: tuple[PlacedScan, LocalMapping] | None = None
+        self._mapped: deque[tuple[PlacedScan, LocalMapping]] = deque(maxlen=MAPS)
         self._state: State | None = None
         self._given: tuple[object, float] = (None, math.nan)
         self._joins = True
@@ -108,9 +111,10 @@ class SensedScans:
             if beams is None or state is None:
                 self._unplaced.append((scan, local))
                 continue
-            shown, mapping = on_wall_lines(placed(scan, beams, state, settings.scan)), local_mapping_of(settings)
+            noise, mapping = range_noise(scan), local_mapping_of(settings)
+            shown = on_wall_lines(placed(scan, beams, state, settings.scan), noise)
             seen, masked = seen_surfaces(shown, state, mapping), masked_beams(scan, settings.scan)
-            returns, moving = find_movers(self._moving, scan, seen, state, settings.movers)
+            returns, moving = find_movers(self._moving, scan, noise, seen, state, settings.movers)
             moves = returns.kinds == MOVES
             if moves.any():
                 # what moves is no wall, and hides those behind it
@@ -153,10 +157,11 @@ class SensedScans:
         if found is None:
             return None
         scan, state, seen, returns = found
-        if self._mapped is not None and self._mapped[0].scan is scan and self._mapped[1] == mapping:
-            return self._mapped[0]
+        for made, by in self._mapped:
+            if made.scan is scan and by == mapping:
+                return made
         made = PlacedScan(scan, state, map_of_surfaces(seen, state, settings.robot, mapping, returns))
-        self._mapped = made, mapping
+        self._mapped.append((made, mapping))
         return made
 
     def _newest(self, after: float, until: float) -> tuple[Scan, State, SeenSurfaces, SortedReturns] | None:

@@ -57,17 +57,17 @@ class MoverMemory:
 
 
 def find_movers(
-    memory: MoverMemory, scan: Scan, seen: SeenSurfaces, state: State, finding: MoverFinding
+    memory: MoverMemory, scan: Scan, noise: float, seen: SeenSurfaces, state: State, finding: MoverFinding
 ) -> tuple[SortedReturns, MoverMemory]:
     """Sorts the returns of a scan, and continues the tracks; returns also the memory for the next scan.
 
     Args:
         memory: memory after the scan before.
-        scan: the scan; seen: the surfaces in it.
+        scan: the scan; noise: standard deviation of its ranges [m]; seen: the surfaces in it.
         state: the robot at its stamp.
         finding: margin and times.
     """
-    view = view_of(scan, seen, state.position)
+    view = view_of(scan, noise, seen, state.position)
     away = np.hypot(*(view.hits - view.beams[:, :2]).T)
     looked = view.is_hit & (away < FARTHEST)
     moved, stands = _compared(memory.views, view, looked, finding)
@@ -82,8 +82,7 @@ def find_movers(
     for k in followed:
         kinds[groups[k]] = MOVES
     moves = kinds == MOVES
-    still = seen.joined & ~moves & ~np.roll(moves, -1)
-    newest = view._replace(stands=still)
+    newest = view._replace(stands=seen.joined & ~moves & ~np.roll(moves, -1))
     tracks = tuple(each for each in tracks if _is_expected(each, newest, finding))
     known = [track for track in tracks if track.sights >= CONFIRMED]
     swept = _swept(known)
@@ -186,7 +185,7 @@ def _swept(known: list[Track]) -> np.ndarray:
     """(m, 3) discs [m] in which movers were: at their sights, and before the first, when their returns were new."""
     discs = [np.zeros((0, 3))]
     for track in known:
-        before = [track.motion_at(track.times[0] - age)[0] for age in BEFORE_FIRST]
+        before = [track.motion_at(track.newest[0, 0] - age)[0] for age in BEFORE_FIRST]
         centers = np.vstack([track.centers, *before])
         discs.append(np.column_stack([centers, np.full(len(centers), track.radius + RIM)]))
     return np.concatenate(discs)
@@ -214,6 +213,6 @@ def _movers(known: list[Track], stamp: float, finding: MoverFinding) -> Movers:
 
 def warm_up(scan: Scan, seen: SeenSurfaces, state: State, finding: MoverFinding) -> None:
     """Compiles the comparison by two scans of one place, so that the second scan of a node is not late."""
-    _, memory = find_movers(MoverMemory(), scan, seen, state, finding)
-    find_movers(memory, scan, seen._replace(stamp=seen.stamp + AGES[1]), state, finding)
+    _, memory = find_movers(MoverMemory(), scan, 0.0, seen, state, finding)
+    find_movers(memory, scan, 0.0, seen._replace(stamp=seen.stamp + AGES[1]), state, finding)
     without_surfaces(memory.views[-1], np.zeros((1, 3)))

@@ -87,14 +87,15 @@ def largest_share(
     excess = found - np.maximum(rows[:, ALLOWED], SLOWEST)
     if excess.max() <= 0.0:
         return 1.0, -1
+    towards = _is_towards(rows, motion, command)
     braked = own_speeds(rows, walls, body, motion, least * command, 0.0)
-    if _may_be_sent(rows, motion, command, found, braked, SLOWEST):
+    if _may_be_sent(rows, towards, found, braked, SLOWEST):
         return 1.0, -1
     low, high = least, 1.0
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
         found = own_speeds(rows, walls, body, motion, share * command, IN_HAND)
-        if _may_be_sent(rows, motion, command, found, braked, 0.0):
+        if _may_be_sent(rows, towards, found, braked, 0.0):
             low = share
         else:
             high = share
@@ -102,32 +103,28 @@ def largest_share(
 
 
 @njit
-def _may_be_sent(
-    rows: np.ndarray, motion: np.ndarray, command: np.ndarray, found: np.ndarray, braked: np.ndarray, still: float
-) -> bool:
+def _may_be_sent(rows: np.ndarray, towards: np.ndarray, found: np.ndarray, braked: np.ndarray, still: float) -> bool:
     """Returns whether a command touches nothing in motion, or where it does leads away and is no worse than braking.
 
     A dodge ahead of a mover is no worse than braking either, and does not lead away. Speeds up to `still` are none
     [m/s]: a slower command that was allowed them would creep up to the touch.
     """
-    for k in range(len(rows)):
-        if found[k] <= max(rows[k, ALLOWED], still):
-            continue
-        x, y = nearest_on_segment(rows[k, X0], rows[k, Y0], rows[k, X1], rows[k, Y1], motion[0], motion[1])
-        leads_away = (x - motion[0]) * command[0] + (y - motion[1]) * command[1] <= 0.0
-        if not leads_away or found[k] > braked[k] + 1e-9:
-            return False
-    return True
+    return not ((found > np.maximum(rows[:, ALLOWED], still)) & (towards | (found > braked + 1e-9))).any()
 
 
 @njit
 def is_approached(rows: np.ndarray, motion: np.ndarray, command: np.ndarray) -> np.ndarray:
     """(k,) whether the robot moves towards the nearest point of each row, or is commanded to."""
+    return _is_towards(rows, motion, command) | _is_towards(rows, motion, motion[2:])
+
+
+@njit
+def _is_towards(rows: np.ndarray, motion: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """(k,) whether a direction (2,) leads towards the nearest point of each row."""
     found = np.zeros(len(rows), np.bool_)
     for k in range(len(rows)):
         x, y = nearest_on_segment(rows[k, X0], rows[k, Y0], rows[k, X1], rows[k, Y1], motion[0], motion[1])
-        x, y = x - motion[0], y - motion[1]
-        found[k] = x * command[0] + y * command[1] > 0.0 or x * motion[2] + y * motion[3] > 0.0
+        found[k] = (x - motion[0]) * way[0] + (y - motion[1]) * way[1] > 0.0
     return found
 
 

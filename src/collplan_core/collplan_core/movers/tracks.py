@@ -1,6 +1,7 @@
 """Movers over the scans: each cluster of returns continues a track or begins one."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -49,30 +50,26 @@ class Track:
         number: its number.
         sights: number of scans that showed it.
         first: (2,) its first centre [m].
-        times: (m,) stamps of the newest of these [s].
-        centers: (m, 2) [m]; radii: (m,) [m].
+        newest: (m, 4) stamp [s], centre and radius [m] of the newest of these.
         trail: (h, 3) stamp [s] and centre [m] of sights about TRAIL_STEP apart in the last TRAIL_TIME.
     """
 
     number: int
     sights: int
     first: np.ndarray
-    times: np.ndarray
-    centers: np.ndarray
-    radii: np.ndarray
+    newest: np.ndarray
     trail: np.ndarray
 
     def seen_again(self, time: float, cluster: Cluster) -> "Track":
         """The track with one more sight, in place of those that are not older: a scan may come again for one pose."""
-        older = self.times < time
-        return replace(
-            self,
-            sights=self.sights + 1,
-            times=np.append(self.times[older], time)[-KEPT_SIGHTS:],
-            centers=np.vstack([self.centers[older], cluster.center])[-KEPT_SIGHTS:],
-            radii=np.append(self.radii[older], cluster.radius)[-KEPT_SIGHTS:],
-            trail=_with_place(self.trail, time, cluster.center),
-        )
+        newest = np.vstack([self.newest[self.newest[:, 0] < time], [time, *cluster.center, cluster.radius]])
+        trail = _with_place(self.trail, time, cluster.center)
+        return replace(self, sights=self.sights + 1, newest=newest[-KEPT_SIGHTS:], trail=trail)
+
+    @property
+    def centers(self) -> np.ndarray:
+        """(m, 2) centres at the newest sights [m]."""
+        return self.newest[:, 1:3]
 
     @property
     def has_walked(self) -> bool:
@@ -82,25 +79,30 @@ class Track:
     @property
     def last_seen(self) -> float:
         """Stamp of the newest sight [s]."""
-        return float(self.times[-1])
+        return float(self.newest[-1, 0])
 
     @property
     def radius(self) -> float:
         """The largest of the newest radii: a mover is often half hidden [m]."""
-        return float(self.radii[-4:].max())
+        return float(self.newest[-4:, 3].max())
 
-    def motion_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Place (2,) [m] and velocity (2,) [m/s] at a time [s], by a straight fit to the newest sights."""
-        recent = self.times > self.times[-1] - VELOCITY_SPAN - 1e-6
-        t, c = self.times[recent], self.centers[recent]
+    @cached_property
+    def _fit(self) -> tuple[np.ndarray, np.ndarray]:
+        """Place (2,) [m] at the last sight and velocity (2,) [m/s], by a straight fit to the newest sights."""
+        recent = self.newest[self.newest[:, 0] > self.last_seen - VELOCITY_SPAN - 1e-6]
+        t, c = recent[:, 0], recent[:, 1:3]
         if len(t) < 2:
-            return self.centers[-1].copy(), np.zeros(2)
+            return self.centers[-1], np.zeros(2)
         middle, from_middle = c.mean(axis=0), t - t.mean()
         velocity = (from_middle @ (c - middle)) / (from_middle @ from_middle)
         velocity *= min(1.0, FASTEST / max(float(np.hypot(*velocity)), 1e-9))
         velocity *= min(1.0, (self.sights - 1) / (CERTAIN - 1))
-        newest = 0.5 * (c[-1] + middle + velocity * from_middle[-1])
-        return newest + velocity * (time - t[-1]), velocity
+        return 0.5 * (c[-1] + middle + velocity * from_middle[-1]), velocity
+
+    def motion_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Place (2,) [m] and velocity (2,) [m/s] at a time [s]."""
+        newest, velocity = self._fit
+        return newest + velocity * (time - self.last_seen), velocity
 
 
 def _with_place(trail: np.ndarray, time: float, center: np.ndarray) -> np.ndarray:
@@ -135,10 +137,10 @@ def with_clusters(
         if distance < gate and after[i] is tracks[i] and k not in taken:
             after[i] = tracks[i].seen_again(time, clusters[k])
             taken.add(k)
-    for k, (center, radius, moves) in enumerate(clusters):
-        if moves and k not in taken:
-            trail = _with_place(np.zeros((0, 3)), time, center)
-            after.append(Track(number, 1, center, np.array([time]), center[None].copy(), np.array([radius]), trail))
+    for k, cluster in enumerate(clusters):
+        if cluster.moves and k not in taken:
+            unseen = Track(number, 0, cluster.center, np.zeros((0, 4)), np.zeros((0, 3)))
+            after.append(unseen.seen_again(time, cluster))
             taken.add(k)
             number += 1
     return tuple(after), number, taken

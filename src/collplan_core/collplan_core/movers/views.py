@@ -10,7 +10,6 @@ from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.local_map.surfaces import HIT, OPEN
 from collplan_core.plane import nearest_on_segment
 from collplan_core.scan import Scan
-from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sight_lines import place_towards
 
 OPEN_RUN = 10
@@ -50,8 +49,8 @@ class View(NamedTuple):
     noise: float
 
 
-def view_of(scan: Scan, seen: SeenSurfaces, position: np.ndarray) -> View:
-    """The view of a scan, from it, its surfaces and the robot's position (2,) at its stamp [m]."""
+def view_of(scan: Scan, noise: float, seen: SeenSurfaces, position: np.ndarray) -> View:
+    """The view of a scan, from it and its noise [m], its surfaces, and the robot's position (2,) at its stamp [m]."""
     n, swept = len(seen.kind), len(seen.origins) > 0 and bool(np.ptp(seen.origins[:, :2], axis=0).any())
     beams = (seen.origins if len(seen.origins) else np.zeros((n, 3))) + np.array([*position, 0.0])
     is_hit, is_open = seen.kind == HIT, _of_a_run(seen.kind == OPEN, OPEN_RUN) & np.isfinite(scan.range_max)
@@ -60,7 +59,6 @@ def view_of(scan: Scan, seen: SeenSurfaces, position: np.ndarray) -> View:
     ends = beams[:, :2] + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
     hits = np.where(is_hit[:, None], seen.hits + position, ends)
     closed, (first, step) = seen.sweep.closed and not swept, seen.sweep[:2]
-    noise = range_noise(scan)
     return View(seen.stamp, hits, is_hit | is_open, is_hit, seen.joined, beams, first, step, closed, noise)
 
 

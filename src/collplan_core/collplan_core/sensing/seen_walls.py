@@ -20,12 +20,7 @@ def wall_of_each_beam(seen: SeenSurfaces, scan: Scan, position: np.ndarray) -> n
     """(n, 4) where each beam of a scan met a wall, x, y [m], and its normal, towards the sensor; world frame.
 
     NaN where it met none. Corners, ends, short pieces, lone hits and walls met too flatly are left out: the next scan
-    shows them only by chance.
-
-    Args:
-        seen: the surfaces in the scan.
-        scan: the scan, whose beams may go clockwise, the last one where the first one does.
-        position: (2,) of the robot at its stamp [m].
+    shows them only by chance. `position` (2,) is that of the robot at the stamp of the scan [m].
     """
     return of_each_beam(_walls(seen, position[0], position[1]), scan, math.nan)
 

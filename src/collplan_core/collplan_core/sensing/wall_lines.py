@@ -236,14 +236,16 @@ def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: f
     return _settled(ranges, fitted, sums, starts, noise, step, around)
 
 
-def on_wall_lines(scan: Scan) -> Scan:
+def on_wall_lines(scan: Scan, noise: float) -> Scan:
     """The scan with its hits moved along their beams to the straight walls that they show, by no more than noise moves.
+
+    `noise` is the standard deviation of a range [m].
 
     A single lost beam between two hits on one wall is given that wall's range, one that straddles an edge the range of
     what is near. The same scan where there is no noise; other beams that were lost, that hit nothing or what is farther
     than FAR stay, and a last beam that repeats the first one.
     """
-    noise = min(range_noise(scan), MOST)
+    noise = min(noise, MOST)
     if noise < NEGLIGIBLE:
         return scan
     step, n = scan.angle_increment, len(scan.ranges)
@@ -260,4 +262,5 @@ def on_wall_lines(scan: Scan) -> Scan:
 def warm_up(scan: Scan) -> None:
     """Compiles the fits by a scan with noise, so that the first noisy one is not late."""
     noisy = scan.ranges + 0.01 * np.random.default_rng(0).standard_normal(len(scan.ranges))
-    on_wall_lines(replace(scan, ranges=np.maximum(noisy, 0.0)))
+    scan = replace(scan, ranges=np.maximum(noisy, 0.0))
+    on_wall_lines(scan, range_noise(scan))

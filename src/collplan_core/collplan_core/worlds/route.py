@@ -35,13 +35,14 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
     """Check that a route for a disc of `radius` [m] leads from start (2,) to within a tolerance of the goal (2,) [m].
 
     Raises:
-        WorldError: start or goal is not finite, outside the arena or too near to an obstacle or wall to stand there, or
-            the goal cannot be reached.
+        WorldError: start or goal is not finite, outside the arena or too near to an obstacle or wall to stand there, a
+            mover begins on the start, or the goal cannot be reached.
     """
     import shapely
 
     for key, point, beside in (("start", start, 0.0), ("goal", goal, tolerance)):
         _check_room(world, key, np.asarray(point), radius, beside)
+    check_movers_apart(world, start, radius)
     free = free_space(world, radius - 2.0 * touch_depth(world))
     parts = getattr(free, "geoms", [free])
     if not any(part.covers(shapely.Point(start)) and part.distance(shapely.Point(goal)) <= tolerance for part in parts):
@@ -49,6 +50,19 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
             f"{world.called}: goal: {np.asarray(goal).tolist()} cannot be reached from {np.asarray(start).tolist()}, "
             f"expected a route for a disc of radius {radius:g} m"
         )
+
+
+def check_movers_apart(world: World, start: np.ndarray, radius: float) -> None:
+    """Check that no mover begins where a robot of `radius` [m] does, which is at start (2,) [m].
+
+    Raises:
+        WorldError: one does.
+    """
+    for i, mover in enumerate(world.movers):
+        apart, least = float(np.hypot(*(mover.way[0] - start))), mover.radius + radius
+        if apart < least:
+            key = f"{world.called}: movers[{i}].way[0]: {mover.way[0].tolist()}"
+            raise WorldError(f"{key} is {apart:.2f} m from the robot's start, expected at least {least:g} m")
 
 
 def has_room(world: World, point: np.ndarray, radius: float) -> bool:

@@ -57,7 +57,8 @@ def wait_until_poses_come(graph: Graph) -> None:
     """
     robot, says = graph.preparation.robot.nodes[0], graph.complaints
     graph.wait(_all_reported(graph), READY_PATIENCE, lambda: says.unready(READY_PATIENCE))
-    graph.wait(graph.all_ready, READY_PATIENCE, lambda: "another robot of this world did not get ready")
+    if graph.place is not None:
+        graph.wait(graph.place.all_ready, READY_PATIENCE, lambda: "another robot of this world did not get ready")
     graph.let_time_run()
     twice = seen_more_than(graph.listener.node, Counter([NAME, *graph.preparation.programs]))
     if twice:
@@ -168,6 +169,7 @@ class Bringup:
     long as the graph: the nodes are killed when the thread that started them ends.
 
     Attributes:
+        options: what is asked for.
         lidar_place: where a real LIDAR is on the robot, and how that is known, in words; empty where parameters say it.
 
     Raises:
@@ -182,15 +184,8 @@ class Bringup:
         preparation: Preparation | None = None,
         place: Place | None = None,
     ) -> None:
-        """Checks everything and makes the run folder.
-
-        Args:
-            options: what is asked for.
-            progress: output for the user.
-            preparation: what was prepared of that already.
-            place: that of a robot among others in one simulated world.
-        """
-        self.progress = progress or Progress()
+        """Checks everything, unless it was prepared already, and makes the run folder; `place` is as in `Graph`."""
+        self.options, self.progress = options, progress or Progress()
         self.preparation, self.lidar_place = with_lidar_place(preparation or prepare(options))
         self.folder = RunFolder(options.out, self.preparation.settings)
         self.graph = Graph(self.preparation, self.folder, self.progress, place)

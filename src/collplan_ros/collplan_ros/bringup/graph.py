@@ -92,6 +92,7 @@ class Graph:
         processes: the nodes that have a process each.
         stepped: the nodes in this process; None where there are none.
         progress: output for the user.
+        place: that of a robot among others in one simulated world; None for a robot alone.
         is_ready: whether every node works; from then on the page may be missing, and no other node may command.
         listener, recorder, goals, complaints: once entered.
 
@@ -103,26 +104,23 @@ class Graph:
     def __init__(
         self, preparation: Preparation, folder: RunFolder, progress: Progress, place: Place | None = None
     ) -> None:
-        """Prepares the graph, whose files go to `folder`; no process is started before entering.
-
-        `place` is that of a robot among others in one simulated world.
-        """
+        """Prepares the graph, whose files go to `folder`; no process is started before entering."""
         self.preparation = preparation
         self._logs = NodeLogs(folder.logs)
         self.processes = Processes(self._logs)
         self.stepped: SteppedNodes | None = None
         self.progress = progress
         self.is_ready = False
+        self.place = place
         self._folder = folder
-        self._place = place
-        self._stop_signal = StopSignal() if place is None else place.stop_signal
+        self._stop_signal = StopSignal() if place is None else place.rendezvous.stop_signal
         self._stack = ExitStack()
         self._commanders_due = 0.0
         self._clients: dict[str, Client] = {}
 
     def __enter__(self) -> "Graph":
-        preparation, place = self.preparation, self._place
-        with nullcontext() if place is None else place.turn, ExitStack() as stack:
+        preparation, place = self.preparation, self.place
+        with nullcontext() if place is None else place.rendezvous.turn, ExitStack() as stack:
             stack.enter_context(environment_set(graph_environment(preparation.network, os.environ)))
             if not os.environ.get("ROS_LOG_DIR"):  # the folder of ROS's own logs would need a home
                 stack.enter_context(environment_set({"ROS_LOG_DIR": str(self._folder.logs)}))
@@ -208,14 +206,6 @@ class Graph:
         """The time for patience [s]."""
         return self.listener.now()
 
-    def all_ready(self) -> bool:
-        """Notes that time may run here; returns whether it may, as every other robot of its world is ready too.
-
-        Raises:
-            StartError: one of those could not be started.
-        """
-        return self._place is None or self._place.all_ready()
-
     def let_time_run(self) -> None:
         """Lets simulated time pass from now on, where it waits for the nodes; before, it stands still."""
         if self.stepped is not None:
@@ -285,8 +275,9 @@ class Graph:
         try:
             self._stop([COMMANDER])
             self.listener.record_to_the_end()
-            if self.stepped is not None:
-                self.stepped.leave_others()
+            if self.place is not None and self.stepped is not None:
+                self.stepped.time_runs = False
+                self.place.leave()
             self._stop([PLANNER])
             self.listener.take_all()
         finally:

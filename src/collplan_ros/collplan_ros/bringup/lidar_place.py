@@ -7,13 +7,12 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.calibration.frame_chain import Link, mount_in, rotation_of
+from collplan_core.calibration.frame_chain import Link, mount_in
 from collplan_core.calibration.lidar_fit import LidarMount
 from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
 from collplan_ros.bringup.failures import StartError
@@ -70,7 +69,7 @@ def _listened(preparation: Preparation) -> tuple[str, LidarMount | None]:
                 check_pose_fields(0.0, position, quaternion, TOLERANCE)
             except PoseError:
                 continue  # of another device, or one that the result then lacks
-            links[each.child_frame_id] = Link(each.header.frame_id, np.array(position), rotation_of(*quaternion))
+            links[each.child_frame_id] = Link(each.header.frame_id, position, quaternion)
 
     def take_scan(message: LaserScan) -> None:
         frames[0] = frames[0] or str(message.header.frame_id)

@@ -31,7 +31,7 @@ from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.rendezvous import Rendezvous
-from collplan_ros.bringup.robots import NamedProgress, prepare_robots
+from collplan_ros.bringup.robots import prepare_robots
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
@@ -41,24 +41,19 @@ from collplan_ros.run.whole_file import RecordError, RunError, replacing
 
 
 def write_results(
-    run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "", repeat: str | None = None
+    run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "", repeat: str = ""
 ) -> Results:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
 
-    `reason` explains its end; empty where the outcome suffices. `repeat` is the command line that repeats it, where
-    that is not this robot's own.
+    `reason` explains its end; empty where the outcome suffices. `repeat` is the command line that repeats it, by
+    default that of this robot alone.
 
     Raises:
         RecordError: a file cannot be written.
     """
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    said = {"reason": reason, "repeat": repeat or repeating_run(run.folder, preparation)}
+    said = {"reason": reason, "repeat": repeat or repeating(preparation.asked, run.folder / PARAMETERS, goal)}
     return write_result_files(run.folder, run.log, world, goal, settings, outcome, said)
-
-
-def repeating_run(folder: Path, preparation: Preparation) -> str:
-    """Returns the command line that repeats the run in a folder."""
-    return repeating(preparation.asked, folder / PARAMETERS, preparation.goal)
 
 
 def repeating(asked: Sequence[str], parameters: Path, goal: np.ndarray) -> str:
@@ -123,8 +118,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     """
     bringup = Bringup(options, progress)
     with closing(bringup.folder):
-        _complete_earlier(bringup, options)
-        return _finished(bringup, options, *_driven(bringup, options))
+        return _finished(bringup, *_driven(bringup))
 
 
 def run_robots(options: Options) -> list[RunResult]:
@@ -135,48 +129,32 @@ def run_robots(options: Options) -> list[RunResult]:
     """
     robots = prepare_robots(options)
     rendezvous = Rendezvous([preparation.ends[-1] for _, preparation in robots])
-    crew, network = [], robots[0][1].network
+    crew, (_, first) = list[Bringup](), robots[0]
     with ExitStack() as stack:
         # as each graph sets it, and restores it, in its own time
-        stack.enter_context(environment_set(graph_environment(network, os.environ)))
-        for number, ((own, preparation), place) in enumerate(zip(robots, rendezvous.places(), strict=True), 1):
-            progress = NamedProgress(f"robot{number}", shows=number == 1)
-            bringup = Bringup(own, progress, preparation, place)
-            stack.enter_context(closing(bringup.folder))
-            _complete_earlier(bringup, own)
-            crew.append((bringup, own))
-        ends = rendezvous.run([partial(_driven, *each) for each in crew])
-        first = crew[0][0]
-        return [_finished(each, own, *end, first) for (each, own), end in zip(crew, ends, strict=True)]
+        stack.enter_context(environment_set(graph_environment(first.network, os.environ)))
+        for (own, preparation), place in zip(robots, rendezvous.places, strict=True):
+            crew.append(Bringup(own, Progress(name=own.out.name), preparation, place))
+            stack.enter_context(closing(crew[-1].folder))
+        repeat = repeating(first.asked, crew[0].folder.path / PARAMETERS, first.goal)
+        ends = rendezvous.run([partial(_driven, each) for each in crew])
+        return [_finished(each, *end, repeat) for each, end in zip(crew, ends, strict=True)]
 
 
-def _complete_earlier(bringup: Bringup, options: Options) -> None:
-    say = bringup.progress.say
-    try:
-        completed = complete_newest(options.out, say)
-    except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
-        completed = f"an earlier run could not be completed: {error}"
-    if completed:
-        say(completed)
-
-
-def _finished(
-    bringup: Bringup, options: Options, outcome: str, exit_code: int, message: str, first: Bringup | None = None
-) -> RunResult:
-    """Writes the results of a run that has ended; `first` is the first robot's, whose request repeats all runs."""
+def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str, repeat: str = "") -> RunResult:
+    """Writes the results of a run that has ended; `repeat` is as in `write_results`."""
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
     say("writing the results ...")
     try:
         with StopSignal().listening():  # another Ctrl-C does not cost what is written now
             recorded = read_run(folder.path)
-            repeat = None if first is None else repeating_run(first.folder.path, first.preparation)
             results = write_results(recorded, preparation, outcome, message, repeat)
     except (RecordError, RunError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.recording}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
     result = RunResult(outcome, exit_code, message, folder.path, results.summary)
     try:
-        for missing in make_pictures(recorded, results, preparation) if options.pictures else ():
+        for missing in make_pictures(recorded, results, preparation) if bringup.options.pictures else ():
             say(missing)
     except KeyboardInterrupt:
         say(_conclusion(result))
@@ -184,9 +162,15 @@ def _finished(
     return result
 
 
-def _driven(bringup: Bringup, options: Options) -> tuple[str, int, str]:
+def _driven(bringup: Bringup) -> tuple[str, int, str]:
     """Starts the graph, drives to the requested goal, and stops; returns outcome, exit code and message."""
-    graph, say = bringup.graph, bringup.progress.say
+    options, graph, say = bringup.options, bringup.graph, bringup.progress.say
+    try:
+        completed = complete_newest(options.out, say)
+    except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
+        completed = f"an earlier run could not be completed: {error}"
+    if completed:
+        say(completed)
     try:
         with bringup:
             say(_announcement(bringup.preparation))
@@ -243,21 +227,21 @@ def _conclusion(result: RunResult) -> str:
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = parse(args)
-    progress = Progress()
     try:
         if options.robots != 1:
             results = run_robots(options)
         elif options.check:
-            return check(options, progress)
+            return check(options, Progress())
         else:
-            results = [run(options, progress)]
+            results = [run(options)]
     except StartError as error:
         print(f"bringup: {error}", file=sys.stderr)
         return NOT_STARTED
     except KeyboardInterrupt:  # a second Ctrl-C, while the pictures are drawn
         return 130
     for result in results:
-        progress.say(_conclusion(result))
+        name = result.folder.parent.name if len(results) > 1 else ""
+        Progress(name=name).say(_conclusion(result))
     return max(result.exit_code for result in results)
 
 

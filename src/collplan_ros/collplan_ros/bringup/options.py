@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from collplan_core.command_line import examples
+from collplan_core.command_line import parser_of
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.planners import PLANNERS
 from collplan_ros.bringup.failures import StartError
@@ -276,13 +276,7 @@ have ended, with the larger exit code.
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="bringup",
-        usage="%(prog)s [options] (see --help)",
-        description=DESCRIPTION,
-        epilog=examples(EPILOG),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("bringup", DESCRIPTION, EPILOG, "%(prog)s [options] (see --help)")
     for option in fields(Options):
         flag, *given = option.metadata.items()
         parser.add_argument(flag[1], dest=option.name, default=option.default, **dict(given))

@@ -20,26 +20,19 @@ class Rendezvous:
     """Where the robots wait for each other before each step of the physics.
 
     Attributes:
+        places: the place of each robot, in order.
         turn: held by the thread whose nodes run: one at a time.
         stop_signal: signals that end all of them.
+        refused: why one of them could not be started; empty where none was refused.
     """
 
     def __init__(self, starts: Sequence[np.ndarray]) -> None:
         """Takes the start (2,) [m] of each robot."""
+        self.places = [Place(self, start) for start in starts]
         self.turn = threading.Condition()
         self.stop_signal = StopSignal()
-        self._starts = starts
-        self._simulators: dict[int, Any] = {}
+        self.refused = ""
         self._company: Any = None
-        self._here = set(range(len(starts)))
-        self._ready: set[int] = set()
-        self._waiting: set[int] = set()
-        self._steps = 0
-        self._refused = ""
-
-    def places(self) -> list["Place"]:
-        """The place of each robot, in order."""
-        return [Place(self, number, start) for number, start in enumerate(self._starts)]
 
     def run(self, drives: Sequence[Callable[[], T]]) -> list[T]:
         """Runs a function for each robot until all have ended, the first in this thread; returns what they return.
@@ -48,58 +41,34 @@ class Rendezvous:
             StartError: one of them did, once all have ended.
         """
 
-        def run_one(number: int) -> T:
+        def run_one(place: Place, drive: Callable[[], T]) -> T:
             try:
-                return drives[number]()
+                return drive()
             except StartError as error:
-                self._refused = str(error)
+                self.refused = str(error)
                 raise
             finally:
-                self.leave(number)
+                place.leave()
 
-        with self.stop_signal.listening(), ThreadPoolExecutor(len(drives)) as pool:
-            others = [pool.submit(run_one, number) for number in range(1, len(drives))]
-            return [run_one(0), *(other.result() for other in others)]
+        first, *others = zip(self.places, drives, strict=True)
+        with self.stop_signal.listening(), ThreadPoolExecutor(len(others)) as pool:
+            running = [pool.submit(run_one, *other) for other in others]
+            return [run_one(*first), *(each.result() for each in running)]
 
-    def join(self, number: int, simulator: Any) -> None:
-        """Takes the simulator of a robot."""
-        self._simulators[number] = simulator
-        if len(self._simulators) == len(self._starts):
-            self._company = resolve_name(COMPANY)([self._simulators[k] for k in range(len(self._starts))])
+    def gather(self) -> None:
+        """Puts the simulators into one world, once all are there."""
+        simulators = [place.simulator for place in self.places]
+        if None not in simulators:
+            self._company = resolve_name(COMPANY)(simulators)
 
-    def all_ready(self, number: int) -> bool:
-        """Notes that a robot is ready; returns whether all are.
-
-        Raises:
-            StartError: one of them could not be started.
-        """
-        self._ready.add(number)
-        if self._refused:
-            raise StartError(self._refused)
-        return self._here <= self._ready
-
-    def pass_step(self, number: int) -> None:
-        """Advances the physics by a step, once every robot whose graph runs asks for it."""
-        with self.turn:
-            self._waiting.add(number)
-            if not self._step_if_due():
-                steps = self._steps
-                self.turn.wait_for(lambda: self._steps > steps)
-
-    def leave(self, number: int) -> None:
-        """Waits for a robot no longer, as its graph ends; its body stays."""
-        with self.turn:
-            self._here.discard(number)
-            self._step_if_due()
-
-    def _step_if_due(self) -> bool:
-        if not self._waiting or not self._here <= self._waiting:
-            return False
-        self._company.step()
-        self._waiting.clear()
-        self._steps += 1
-        self.turn.notify_all()
-        return True
+    def step_if_due(self) -> None:
+        """Advances the physics by a step, where every robot that is here waits for that."""
+        here = [place for place in self.places if place.is_here]
+        if here and all(place.waits for place in here):
+            self._company.step()
+            for place in here:
+                place.waits = False
+            self.turn.notify_all()
 
 
 class Place:
@@ -107,23 +76,42 @@ class Place:
 
     Attributes:
         start: (2,) where it begins [m].
-        turn: held while its nodes run.
-        stop_signal: signals that end it.
+        rendezvous: where it meets the others.
+        simulator: the robot; None before it has come.
+        is_here, is_ready, waits: whether its graph has not ended, was ready, and waits for a step of the physics.
     """
 
-    def __init__(self, rendezvous: Rendezvous, number: int, start: np.ndarray) -> None:
-        self.start, self.turn, self.stop_signal = start, rendezvous.turn, rendezvous.stop_signal
-        self._rendezvous, self._number = rendezvous, number
+    def __init__(self, rendezvous: Rendezvous, start: np.ndarray) -> None:
+        self.rendezvous, self.start = rendezvous, start
+        self.simulator: Any = None
+        self.is_here, self.is_ready, self.waits = True, False, False
 
     def all_ready(self) -> bool:
-        """Notes that this robot is ready; returns whether all are. Raises StartError as `Rendezvous`."""
-        return self._rendezvous.all_ready(self._number)
+        """Notes that this robot is ready; returns whether all are.
+
+        Raises:
+            StartError: one of them could not be started.
+        """
+        self.is_ready = True
+        if self.rendezvous.refused:
+            raise StartError(self.rendezvous.refused)
+        return all(place.is_ready for place in self.rendezvous.places if place.is_here)
 
     def leave(self) -> None:
-        """Waits for this robot no longer."""
-        self._rendezvous.leave(self._number)
+        """Waits for this robot no longer, as its graph ends; its body stays."""
+        with self.rendezvous.turn:
+            self.is_here = False
+            self.rendezvous.step_if_due()
 
     def share(self, simulator: Any) -> Callable[[], None]:
         """Puts a simulator among the others; returns what advances all of them by a step, once all ask for it."""
-        self._rendezvous.join(self._number, simulator)
-        return lambda: self._rendezvous.pass_step(self._number)
+        self.simulator = simulator
+        self.rendezvous.gather()
+
+        def pass_step() -> None:
+            with self.rendezvous.turn:
+                self.waits = True
+                self.rendezvous.step_if_due()
+                self.rendezvous.turn.wait_for(lambda: not self.waits)
+
+        return pass_step

@@ -4,33 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from collplan_core.parameters import Settings, Simulation
+from collplan_core.parameters import Simulation
 from collplan_core.worlds import WorldError, check_route
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation, prepare
-from collplan_ros.bringup.progress import Progress
 
 APART = 3.0
 """Least distance of start and goal, in radii: noise moves the starts."""
-
-
-class NamedProgress(Progress):
-    """Prints what is said of one robot among others with its name before; only the first one's way is shown."""
-
-    def __init__(self, name: str, shows: bool) -> None:
-        """Writes to standard output."""
-        super().__init__()
-        self._name, self._shows = name, shows
-
-    def show(self, elapsed: float, distance: float, maneuver: str, impacts: int, pace: str = "") -> None:
-        """Prints the state of a run, where this robot's is shown."""
-        if self._shows:
-            super().show(elapsed, distance, maneuver, impacts, pace)
-
-    def say(self, text: str) -> None:
-        """Prints a line with the robot's name."""
-        super().say(f"{self._name}: {text}")
 
 
 def prepare_robots(options: Options) -> list[tuple[Options, Preparation]]:
@@ -41,14 +22,24 @@ def prepare_robots(options: Options) -> list[tuple[Options, Preparation]]:
     Raises:
         StartError: as `prepare`; another number of robots, or something that several cannot have.
     """
-    _refuse(options)
+    if options.robots != 2:
+        raise StartError(f"--robots: got {options.robots}, expected 1 or 2: start and goal of a world are two places")
+    if options.robot != "sim" or options.processes or options.check:
+        other = "--check" if options.check else "--processes" if options.processes else f"--robot {options.robot}"
+        raise StartError(f"--robots: got {other}, expected simulated robots that drive in one process")
+    if options.namespace is not None:
+        raise StartError(f"--robots: got --namespace {options.namespace}, expected none: they are /robot1 and /robot2")
     chosen = [
         replace(options, namespace=f"/robot{k}", out=options.out / f"robot{k}", view=options.view and k == 1)
         for k in (1, 2)
     ]
     first, second = map(prepare, chosen)
     world, goal, settings = first.world, first.goal, first.settings
-    _refuse_settings(settings, second.settings)
+    engine, only = settings.simulator.engine, Simulation().engine
+    if engine != only:
+        raise StartError(f"simulator.engine: got {engine}, expected {only} with --robots")
+    if (settings.robot, settings.simulator) != (second.settings.robot, second.settings.simulator):
+        raise StartError("--params: groups robot and simulator differ between the robots, expected the same for both")
     start = world.start
     assert start is not None, "checked by prepare"
     try:
@@ -63,23 +54,3 @@ def prepare_robots(options: Options) -> list[tuple[Options, Preparation]]:
     back = replace(world, start=goal, goal=start)
     second = replace(second, settings=second.settings.with_values(seeds), world=back, goal=start)
     return list(zip(chosen, (first, second), strict=True))
-
-
-def _refuse(options: Options) -> None:
-    if options.robots != 2:
-        raise StartError(f"--robots: got {options.robots}, expected 1 or 2: start and goal of a world are two places")
-    if options.robot != "sim" or options.processes or options.check:
-        other = "--check" if options.check else "--processes" if options.processes else f"--robot {options.robot}"
-        raise StartError(f"--robots: got {other}, expected simulated robots that drive in one process")
-    if options.namespace is not None:
-        raise StartError(f"--robots: got --namespace {options.namespace}, expected none: they are /robot1 and /robot2")
-
-
-def _refuse_settings(first: Settings, second: Settings) -> None:
-    """Refuses what their common physics does not know."""
-    if first.simulator.engine != Simulation().engine:
-        raise StartError(
-            f"simulator.engine: got {first.simulator.engine}, expected {Simulation().engine} with --robots"
-        )
-    if (first.robot, first.simulator) != (second.robot, second.simulator):
-        raise StartError("--params: groups robot and simulator differ between the robots, expected the same for both")

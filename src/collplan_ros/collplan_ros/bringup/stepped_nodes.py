@@ -112,7 +112,7 @@ class SteppedNodes:
     """Nodes in this process, each with an executor of its own, run one after the other in the calling thread.
 
     Attributes:
-        time_runs: whether simulated time passes in each step.
+        time_runs: whether simulated time passes in each step; may be ended.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class SteppedNodes:
         self._watch = watch
         self._in_real_time = in_real_time
         self._place = place
-        self._turn: AbstractContextManager[Any] = nullcontext() if place is None else place.turn
+        self._turn: AbstractContextManager[Any] = nullcontext() if place is None else place.rendezvous.turn
         self._due = self._time = 0.0
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
@@ -151,7 +151,9 @@ class SteppedNodes:
         Raises:
             NodeDied: it cannot be made.
         """
-        died, given = None, {"place": self._place} if name == SIMULATOR and self._place is not None else {}
+        died, place, given = None, self._place, dict[str, Any]()
+        if name == SIMULATOR and place is not None:
+            given = {"start": place.start, "share": place.share}
         try:
             node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments), **given)
         except Exception as error:
@@ -166,12 +168,6 @@ class SteppedNodes:
     def let_time_run(self) -> None:
         """Lets simulated time pass in each step from now on; until then it stands still."""
         self.time_runs, self._due = True, time.monotonic()
-
-    def leave_others(self) -> None:
-        """Where there are other robots, lets simulated time pass for them alone from now on."""
-        if self._place is not None:
-            self.time_runs = False
-            self._place.leave()
 
     def now(self) -> float:
         """The time for patience [s]: simulated time once that runs, since nodes may take as long as they need."""

@@ -10,7 +10,7 @@ from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
 from collplan_core.calibration.impact_fit import FAR
 from collplan_core.calibration.rebound_fit import FEWEST, FEWEST_SLIDING
 from collplan_core.calibration.wall_impacts import SLOWEST, SLOWEST_SLIP
-from collplan_core.command_line import examples
+from collplan_core.command_line import parser_of
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.fit.fitting import RobotFit, believed_otherwise, fit_robot, hits_found, same_simulated_drive
@@ -68,12 +68,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="fit_robot",
-        description=DESCRIPTION,
-        epilog=examples(EPILOG),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("fit_robot", DESCRIPTION, EPILOG)
     add = parser.add_argument
     add("runs", type=Path, nargs="+", metavar="RUN", help="run folder of bringup; one given twice counts once")
     add("--params", type=Path, metavar="FILE", help="ROS parameter file whose other values the new file takes over")

@@ -27,8 +27,8 @@ PLACES = ("x", "y", "vx", "vy", "line")
 TOTAL = "total"
 IMPACT = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
 """Fields of impact/contact before `source`: point, unit normal out of the obstacle, velocity before and after."""
-SOURCE = "source"
-"""Field of impact/contact: number of its source in SOURCES."""
+SOURCE, WITH_MOVER = "source", "with_mover"
+"""Fields of impact/contact: number of its source in SOURCES, and whether the obstacle moves."""
 PLAN = ("t", "x", "y", "vx", "vy", "normal_x", "normal_y", "kind")
 """Fields of planner/trajectory: time after the plan's stamp [s], and by `kind` of the point one of the next."""
 ON_PATH, AT_CONTACT, HOLDS = 0, 1, 2
@@ -130,7 +130,9 @@ def impact_from_cloud(message: Any, frame: str) -> Impact:
     if source >= len(SOURCES):
         raise MessageError(f"source: got {source}, expected one of 0 to {len(SOURCES) - 1}")
     point, normal, before, after = np.array(values).reshape(4, 2)
-    return Impact(seconds_from_stamp(message.header.stamp), point, normal, before, after, SOURCES[source])
+    # recordings of an earlier version do not say it
+    moves = WITH_MOVER in (table.dtype.names or ()) and bool(table[WITH_MOVER][0])
+    return Impact(seconds_from_stamp(message.header.stamp), point, normal, before, after, SOURCES[source], moves)
 
 
 def _table(message: Any, frame: str) -> np.ndarray:

@@ -30,6 +30,7 @@ from collplan_ros.messages.cloud_reading import (
     REMEMBERED,
     SOURCE,
     TOTAL,
+    WITH_MOVER,
 )
 from collplan_ros.messages.conversions import header
 
@@ -174,5 +175,6 @@ def _offsets(layout: np.dtype) -> list[int]:
 def impact_to_cloud(impact: Impact, frame: str) -> PointCloud2:
     """Message of an impact in `frame`."""
     values = *impact.point, *impact.normal, *impact.velocity_before, *impact.velocity_after
-    layout = [*((name, "<f8") for name in IMPACT), (SOURCE, "|u1")]
-    return _cloud(np.array([(*values, SOURCES.index(impact.source))], layout), impact.time, frame)
+    layout = [*((name, "<f8") for name in IMPACT), (SOURCE, "|u1"), (WITH_MOVER, "|u1")]
+    kinds = SOURCES.index(impact.source), impact.with_mover
+    return _cloud(np.array([(*values, *kinds)], layout), impact.time, frame)

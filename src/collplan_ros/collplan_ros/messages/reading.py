@@ -135,17 +135,12 @@ def _time_increment(message: Any, step: float) -> float:
     return turn * abs(step) / math.tau
 
 
-def yaw_from_quaternion(quaternion: Any) -> float:
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
     """The yaw of a quaternion, in [-pi, pi] [rad].
 
     Raises:
         MessageError: not finite, or not a unit quaternion.
     """
-    return yaw_of(*(float(v) for v in (quaternion.x, quaternion.y, quaternion.z, quaternion.w)))
-
-
-def yaw_of(x: float, y: float, z: float, w: float) -> float:
-    """Returns the yaw [rad] of a quaternion given as four numbers; raises MessageError likewise."""
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
         raise MessageError(f"orientation: got ({x:g}, {y:g}, {z:g}, {w:g}), expected a quaternion of length 1")

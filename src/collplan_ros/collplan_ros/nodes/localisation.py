@@ -25,7 +25,6 @@ class Localisation:
 
     Attributes:
         frame: pose of the child in the parent; None before the first transform.
-        corrections: number of transforms that changed it.
     """
 
     def __init__(self, inputs: Inputs, parent: str, child: str, local: Callable[[], float]) -> None:
@@ -39,7 +38,6 @@ class Localisation:
         except ImportError:
             raise ParameterError("mocap.localised: got True, expected False where tf2_msgs is not installed") from None
         self.frame: FrameInMap | None = None
-        self.corrections = 0
         self._parent, self._child, self._local = parent, child, local
         self._received = -math.inf
         inputs.listen(TFMessage, "/tf", lambda message: self._take(message, local()), TRANSFORMS, EVENT)
@@ -55,9 +53,7 @@ class Localisation:
             except PoseError as error:
                 raise MessageError(f"transform from {self._parent} to {self._child}: {error}") from None
             x, y = pose.position.tolist()
-            frame = FrameInMap(x, y, pose.yaw)
-            self.corrections += frame != self.frame
-            self.frame, self._received = frame, received
+            self.frame, self._received = FrameInMap(x, y, pose.yaw), received
 
     def known(self) -> FrameInMap:
         """The pose of the child in the parent.

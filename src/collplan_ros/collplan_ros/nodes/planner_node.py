@@ -57,23 +57,11 @@ from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-SINGLE = ("mocap.leap_margin", "mocap.velocity_window", "controller.stamped_cmd_vel", "controller.rate")
-GROUPS = (
-    Robot,
-    Rebound,
-    LocalMapping,
-    Weights,
-    Planning,
-    Remembered,
-    TimeToGoal,
-    ScanInput,
-    MoverFinding,
-    Limits,
-    Frames,
-    *SINGLE,
-)
-USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
-LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
+PLANNED = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal)
+MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
+SINGLE = (*MOCAP, "controller.stamped_cmd_vel", "controller.rate")
+GROUPS = (*PLANNED, Remembered, ScanInput, MoverFinding, Limits, Frames, *SINGLE)
+LIVE = (*PLANNED, *MOCAP, "limits.pose_age", "limits.scan_age")
 
 LEAD = 0.02
 """A plan is begun so long before the control period that is to follow it [s]: until then it is made and received."""

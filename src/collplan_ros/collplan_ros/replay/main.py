@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from collplan_core.command_line import examples
+from collplan_core.command_line import parser_of
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import PLANNERS
 from collplan_core.replay.comparison import Comparison, Difference, Interruption, compare
@@ -107,12 +107,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="replay",
-        description=DESCRIPTION,
-        epilog=examples(EPILOG),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("replay", DESCRIPTION, EPILOG)
     add = parser.add_argument
     add("run", type=Path, metavar="RUN", help="run folder of bringup, its recording, or the journal of a trial")
     chosen = parser.add_mutually_exclusive_group().add_argument

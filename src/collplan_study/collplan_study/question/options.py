@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from collplan_core.command_line import examples
+from collplan_core.command_line import parser_of
 from collplan_core.parameters import all_specs
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import Task
@@ -94,12 +94,7 @@ examples:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="study",
-        description=DESCRIPTION,
-        epilog=examples(EPILOG),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("study", DESCRIPTION, EPILOG)
     _add_question(parser.add_argument_group("the grid"))
     add = parser.add_argument_group("how it is run").add_argument
     cpus = len(os.sched_getaffinity(0))

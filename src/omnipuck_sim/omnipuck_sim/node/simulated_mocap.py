@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import floor
 from time import monotonic
-from typing import Protocol
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
@@ -42,17 +41,8 @@ CATCH_UP_OF_CLOCK = 0.05
 """The same where /clock is published, and everything else waits for it [s]."""
 
 
-class SharedPlace(Protocol):
-    """The place of a robot among others in a simulated world.
-
-    Attributes:
-        start: (2,) where it begins [m].
-    """
-
-    start: np.ndarray
-
-    def share(self, simulator: Simulator) -> Callable[[], None]:
-        """Puts a simulator among the others; returns what advances all of them by a step."""
+Share = Callable[[Simulator], Callable[[], None]]
+"""Puts a simulator among others; returns what advances all of them by a step."""
 
 
 class SimulatedMocap:
@@ -67,12 +57,14 @@ class SimulatedMocap:
         description: world, seed and start, in words.
     """
 
-    def __init__(self, node: Node, settings: Settings, place: SharedPlace | None = None) -> None:
-        """Publishes through `node`; `place` is that of a robot among others."""
+    def __init__(
+        self, node: Node, settings: Settings, start: np.ndarray | None = None, share: Share | None = None
+    ) -> None:
+        """Publishes through `node`; a robot among others has a start (2,) [m] of its own, and shares the world."""
         simulation = settings.simulator
         world = load_world(simulation.world)
-        self.simulator = Simulator(world, settings, simulation.seed, None if place is None else place.start)
-        self._pass_step = self.simulator.step if place is None else place.share(self.simulator)
+        self.simulator = Simulator(world, settings, simulation.seed, start)
+        self._pass_step = self.simulator.step if share is None else share(self.simulator)
         self.publishes_clock = simulation.publishes_clock
         x, y = self.simulator.state.position.tolist()
         self.description = f"world {world.name}, seed {simulation.seed}, start {x:.3f}, {y:.3f}"
@@ -161,7 +153,10 @@ class SimulatedMocap:
     def _publish_impacts(self) -> list[Impact]:
         impacts = self.simulator.take_impacts()
         for impact in impacts:
-            self._publish_impact(impact)
+            stamped, frame = replace(impact, time=self._epoch + impact.time), self._settings.frames.map
+            self._impact_publisher.publish(impact_to_message(stamped.time, impact.change, frame))
+            self._contact_publisher.publish(impact_to_cloud(stamped, frame))
+        self.impacts += len(impacts)
         return impacts
 
     def _take_fault(self, settings: Settings) -> None:
@@ -194,9 +189,3 @@ class SimulatedMocap:
     def _send_poses(self) -> None:
         while self._sends_pose():
             self._pose_publisher.publish(self._unsent.popleft()[1])
-
-    def _publish_impact(self, impact: Impact) -> None:
-        self.impacts += 1
-        stamped, frame = replace(impact, time=self._epoch + impact.time), self._settings.frames.map
-        self._impact_publisher.publish(impact_to_message(stamped.time, impact.change, frame))
-        self._contact_publisher.publish(impact_to_cloud(stamped, frame))

@@ -21,9 +21,7 @@ class Company:
             ParameterError: simulator.engine knows no other robots.
         """
         self._simulators = simulators
-        self._others = [np.zeros((len(simulators) - 1, 5)) for _ in simulators]
-        for simulator, others in zip(simulators, self._others, strict=True):
-            simulator.meet(others)
+        self._others = [simulator.meet(len(simulators) - 1) for simulator in simulators]
         self._look()
         for number, simulator in enumerate(simulators):
             gaps = np.hypot(*(simulator.movers[:, :2] - simulator.state.position).T) - 2.0 * simulator.movers[:, 4]
@@ -39,4 +37,4 @@ class Company:
     def _look(self) -> None:
         rows = np.array([[*each.state.position, *each.state.velocity, each.spin] for each in self._simulators])
         for number, others in enumerate(self._others):
-            others[:] = np.delete(rows, number, axis=0)
+            others[:, [0, 1, 2, 3, 5]] = np.delete(rows, number, axis=0)

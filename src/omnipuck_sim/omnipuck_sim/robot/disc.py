@@ -3,8 +3,6 @@
 Where nothing is near it flies free, without pymunk.
 """
 
-from collections.abc import Iterable
-
 import numpy as np
 import pymunk
 
@@ -60,12 +58,14 @@ class Disc:
         self._add_ring(self._body).collision_type = BODY
         pieces = list(outlines(world))
         self._constants = tuple(self._drive), outline_of(pieces, robot.radius)
-        self._surface_of = self._add_walls(pieces)
+        self._surface_of: dict[pymunk.Shape, int] = {}
+        for piece in pieces:
+            self._add_solid(_shape(piece, self._space.static_body), piece.surface)
+        self._surfaces = 1 + max(self._surface_of.values(), default=-1)
         self._movers = movers
-        self._walkers = self._add_movers()
+        self._walkers = [self._add_walker(number, radius) for number, radius in enumerate(movers[:, 4].tolist())]
         self._mass = true_inertia(robot, simulation)
-        self._others = np.zeros((0, 5))
-        self._other_bodies: list[pymunk.Body] = []
+        self._others = np.zeros((0, 6))
         self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
         self._begun: list[tuple[int, Vector, Vector, Vector, Vector]] = []
@@ -82,17 +82,14 @@ class Disc:
         self._last_impact.clear()
 
     def meet(self, others: np.ndarray) -> None:
-        """Adds a body like its own for each other robot.
-
-        `others`: (m, 5) x, y [m], vx, vy [m/s] and yaw rate [rad/s] of each, which the caller changes between steps.
-        """
+        """Adds a body like its own for each other robot; the rows (m, 6) of `others` are as in `Simulator.meet`."""
         self._others = others
         for number in range(len(others)):
             body = pymunk.Body(*self._mass)
             ring = self._add_ring(body)
             ring.collision_type = WALL
             self._surface_of[ring] = ANOTHER - number
-            self._other_bodies.append(body)
+            self._walkers.append(body)
 
     def advance(self, step: int, most: int, aim: Aim) -> int:
         """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
@@ -109,10 +106,8 @@ class Disc:
         force_x, force_y, body.torque = push(self._drive, self.motion, aim)
         body.force = force_x, force_y
         self._touched = max(self._touched - 1, 0)
-        for walker, (x, y, vx, vy, _) in zip(self._walkers, self._movers.tolist(), strict=True):
-            walker.position, walker.velocity = (x, y), (vx, vy)
-        for other, (x, y, vx, vy, spin) in zip(self._other_bodies, self._others.tolist(), strict=True):
-            other.position, other.velocity, other.angular_velocity = (x, y), (vx, vy), spin
+        for walker, (x, y, vx, vy, _, spin) in zip(self._walkers, self._around, strict=True):
+            walker.position, walker.velocity, walker.angular_velocity = (x, y), (vx, vy), spin
         self._space.step(1.0 / self._drive.rate)
         self.motion[:6] = *body.position, *body.velocity, body.angle, body.angular_velocity
         if self._begun:
@@ -135,34 +130,27 @@ class Disc:
         self._space.add(body, ring)
         return ring
 
-    def _add_walls(self, pieces: Iterable[Edge | Pole]) -> dict[pymunk.Shape, int]:
-        """The surface that each shape belongs to."""
-        surface_of: dict[pymunk.Shape, int] = {}
-        for piece in pieces:
-            shape = _shape(piece, self._space.static_body)
-            shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
-            self._space.add(shape)
-            surface_of[shape] = piece.surface
-        return surface_of
+    def _add_solid(self, shape: pymunk.Shape, surface: int) -> None:
+        shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
+        self._space.add(shape)
+        self._surface_of[shape] = surface
 
-    def _add_movers(self) -> list[pymunk.Body]:
-        """A body that nothing pushes for each mover; each is a surface of its own."""
-        walkers = []
-        for *_, radius in self._movers.tolist():
-            walker = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-            shape = pymunk.Circle(walker, radius)
-            shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
-            self._space.add(walker, shape)
-            self._surface_of[shape] = 1 + max(self._surface_of.values(), default=-1)
-            walkers.append(walker)
-        return walkers
+    def _add_walker(self, number: int, radius: float) -> pymunk.Body:
+        """A body that nothing pushes for a mover, whose surface comes after those of the walls."""
+        walker = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        self._space.add(walker)
+        self._add_solid(pymunk.Circle(walker, radius), self._surfaces + number)
+        return walker
+
+    @property
+    def _around(self) -> list[list[float]]:
+        """Rows x, y [m], vx, vy [m/s], radius [m], yaw rate [rad/s] of movers, which do not turn, and other robots."""
+        return [*([*row, 0.0] for row in self._movers.tolist()), *self._others.tolist()]
 
     def _is_beside_mover(self) -> bool:
-        discs = [(x, y, radius) for x, y, _, _, radius in self._movers.tolist()]
-        discs += [(x, y, self._radius) for x, y, *_ in self._others.tolist()]
         return any(
             (x - self.motion[X]) ** 2 + (y - self.motion[Y]) ** 2 < (self._radius + radius + BESIDE) ** 2
-            for x, y, radius in discs
+            for x, y, _, _, radius, _ in self._around
         )
 
     def _begin(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
@@ -190,7 +178,9 @@ class Disc:
             if into <= IMPACT_SPEED or time - self._last_impact.get(surface, -np.inf) <= SAME_CONTACT:
                 continue
             self._last_impact[surface] = time
-            self._impacts.append(Impact(time, np.array(point), np.array(normal), np.array(before), after))
+            moves = not 0 <= surface < self._surfaces
+            vectors = np.array(point), np.array(normal), np.array(before), after
+            self._impacts.append(Impact(time, *vectors, with_mover=moves))
         self._begun.clear()
 
 

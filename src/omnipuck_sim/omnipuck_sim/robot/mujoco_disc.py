@@ -76,9 +76,11 @@ class _Touch:
     before: np.ndarray
     after: np.ndarray | None = None
 
-    def impact(self) -> Impact:
+    def impact(self, walls: int) -> Impact:
+        """The impact; surfaces from number `walls` on are of movers."""
         assert self.after is not None
-        return Impact(self.begun, self.point, self.normal, self.before, self.after)
+        moves = self.surface >= walls
+        return Impact(self.begun, self.point, self.normal, self.before, self.after, with_mover=moves)
 
 
 class MujocoDisc:
@@ -113,8 +115,9 @@ class MujocoDisc:
         self._data = mujoco.MjData(self._model)
         self._ring = self._model.geom(RING).id
         self._surfaces = [piece.surface for piece in pieces]
+        self._walls = 1 + max(self._surfaces, default=-1)
         # each mover is a surface of its own
-        self._surfaces += [1 + max(self._surfaces, default=-1) + number for number in range(len(movers))]
+        self._surfaces += range(self._walls, self._walls + len(movers))
         self._velocities = np.zeros((len(self._surfaces), 2))
         self._law = HitLaw(simulation, self._surfaces, random)
         self._draws: dict[int, Vector] = {}
@@ -156,7 +159,7 @@ class MujocoDisc:
         """Returns the impacts since the last call, in order of their begin; each is returned once it has ended."""
         taken = []
         while self._impacts and self._impacts[0].after is not None:
-            taken.append(self._impacts.pop(0).impact())
+            taken.append(self._impacts.pop(0).impact(self._walls))
         return taken
 
     def _follow_contacts(self, time: float, before: np.ndarray) -> None:

@@ -10,7 +10,7 @@ from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
-from collplan_core.worlds.route import clearance, touch_depth
+from collplan_core.worlds.route import check_movers_apart, clearance, touch_depth
 from omnipuck_sim.robot.disc import Disc
 from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y
 from omnipuck_sim.robot.engine import make_engine
@@ -35,7 +35,7 @@ class Simulator:
         start: (2,) [m], by default the world's own; the start noise is added.
 
     Raises:
-        WorldError: no start given, or the robot or a mover would stand inside an obstacle.
+        WorldError: no start given, or the robot or a mover would stand inside an obstacle or in one another.
         ParameterError: simulator.engine is not installed.
     """
 
@@ -51,7 +51,7 @@ class Simulator:
         self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound, self._walks.discs)
         self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
         self._engine = settings.simulator.engine
-        self._others = np.zeros((0, 5))
+        self._others = np.zeros((0, 6))
         self._steps = 0
         self._draws = 0
         self._error: Vector = (0.0, 0.0)
@@ -74,13 +74,13 @@ class Simulator:
     @property
     def movers(self) -> np.ndarray:
         """(k, 5) x, y [m], vx, vy [m/s], radius [m] of each mover and then of each other robot, the truth now."""
-        robots = np.column_stack([self._others[:, :4], np.full(len(self._others), self._radius)])
-        return np.concatenate([self._walks.discs, robots])
+        return np.concatenate([self._walks.discs, self._others[:, :5]])
 
-    def meet(self, others: np.ndarray) -> None:
+    def meet(self, count: int) -> np.ndarray:
         """Puts other robots like this one into its world.
 
-        `others`: (m, 5) x, y [m], vx, vy [m/s] and yaw rate [rad/s] of each, which the caller changes between steps.
+        Returns:
+            (count, 6) x, y [m], vx, vy [m/s], radius [m], yaw rate [rad/s] of each, to be changed between steps.
 
         Raises:
             ParameterError: an engine that knows no other robots.
@@ -90,17 +90,14 @@ class Simulator:
             raise ParameterError(f"simulator.engine: got {self._engine}, expected pymunk for several robots")
         if self._world.movers:
             raise WorldError(f"world {self._world.called}: movers: got {len(self._world.movers)}, expected none")
-        self._others = others
-        self._disc.meet(others)
+        self._others = np.zeros((count, 6))
+        self._others[:, 4] = self._radius
+        self._disc.meet(self._others)
+        return self._others
 
     @property
     def _yaw(self) -> float:
         return remainder(self._disc.motion[YAW], 2 * pi)
-
-    @property
-    def is_driven(self) -> bool:
-        """True where a command to move is in force."""
-        return self._command != (0.0, 0.0) or self._yaw_rate != 0.0
 
     @property
     def spin(self) -> float:
@@ -184,6 +181,7 @@ class Simulator:
             raise WorldError(f"start: world {world.called} has none, expected one in the world or a start given")
         x, y = np.asarray(chosen, dtype=float).tolist()
         self._check_free((x, y))
+        check_movers_apart(world, np.array((x, y)), self._radius)
         for _ in range(MOST_STARTS):
             noise_x, noise_y = self._noise.start()
             if clearance(world, np.array((x + noise_x, y + noise_y)), self._radius) > CLEAR:

@@ -130,7 +130,7 @@ def _add(
 ) -> None:
     pool.pieces[k], pool.normals[k] = cuts.pieces[m], cuts.normals[m]
     pool.solid_behind[k], pool.seen_free_behind[k] = solid_behind and not seen_free, seen_free
-    pool.kept[k], pool.stands[k] = True, stands
+    pool.kept[k] = True
     _refresh(pool, k, stamp, stands)
 
 

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from collplan_core.command_line import examples
+from collplan_core.command_line import parser_of
 from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_page import write_page
 from collplan_ros.run.recorded_run import read_run
@@ -42,12 +42,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="beside",
-        description=DESCRIPTION,
-        epilog=examples(EPILOG),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("beside", DESCRIPTION, EPILOG)
     add = parser.add_argument
     add("runs", type=Path, nargs="+", metavar="RUN", help="run folders of bringup, at least two")
     add("--out", type=Path, default=Path("beside.html"), metavar="FILE", help="page written (default beside.html)")
