@@ -222,3 +222,13 @@ def test_it_drives_round_a_mover_that_stands_in_its_way(strategy, goal):
     there = replace(ALL_STANDS, movers=a_mover((0.3, 0.0)))
     plan, _ = plan_cycle(None, replace(local_map, returns=there), state, goal, settings)
     assert not meets_a_mover(plan.aim[None], there.movers, state, settings)[0]
+
+
+def test_a_goal_beside_which_a_mover_stands_is_reached_on_its_other_side():
+    settings, state, goal = SETTINGS, at_rest((0.0, 0.0)), np.array((0.4, 0.0))
+    local_map = build_local_map(scan_of(world_of(), state), state, ROBOT, settings.local_map)
+    there = replace(ALL_STANDS, movers=a_mover((0.6, 0.0)))
+    plan, _ = plan_cycle(None, replace(local_map, returns=there), state, goal, settings)
+    away = np.hypot(*(plan.aim - goal))
+    assert 0.0 < away < settings.planner.goal_tolerance
+    assert not meets_a_mover(plan.aim[None], there.movers, state, settings)[0]

@@ -23,6 +23,9 @@ from collplan_core.state import State
 from collplan_core.velocity_bounds import velocity_bounds
 
 NO_AIM = np.full(2, np.nan)
+AROUND = np.array([(np.cos(angle), np.sin(angle)) for angle in np.arange(8) * np.pi / 4])
+SHARE_OF_TOLERANCE = 0.8
+"""Directions, and distance from a goal that a mover stands beside, in which another end is looked for."""
 BLOCKED = 1e6
 """Cost of a candidate that a mover is in the way to: only where all are blocked one of them is chosen."""
 
@@ -77,8 +80,8 @@ def plan_cycle(
     memory = memory or PaperMemory(state.position, NO_AIM, 0.0)
     travelled = memory.travelled + float(np.hypot(*(state.position - memory.previous)))
     end = _end_at(goal, local_map, settings.planner.goal_tolerance)
-    if end is not None and meets_a_mover(end[None], local_map.returns.movers, state, settings)[0]:
-        end = None
+    if end is not None and len(local_map.returns.movers) > 0:
+        end = _clear_of_movers(end, local_map, state, settings)
     choice = _best(memory, travelled, local_map, state, goal, settings) if end is None else _goal_itself(end)
     times, positions, velocities = make_trajectory(state, choice.aim, choice.aim_velocity, settings)
     times = state.stamp + times
@@ -104,6 +107,13 @@ def _end_at(goal: np.ndarray, local_map: LocalMap, tolerance: float) -> np.ndarr
     beside = local_map.border_points[local_map.surface >= 0]
     away = np.hypot(*(beside - goal).T)
     return beside[away.argmin()] if away.min(initial=np.inf) < tolerance else None
+
+
+def _clear_of_movers(end: np.ndarray, local_map: LocalMap, state: State, settings: Settings) -> np.ndarray | None:
+    """The end (2,) [m], or if a mover is in the way to it another free place within the tolerance; else None."""
+    ends = end + np.vstack([np.zeros(2), SHARE_OF_TOLERANCE * settings.planner.goal_tolerance * AROUND])
+    free = local_map.contains(ends) & ~meets_a_mover(ends, local_map.returns.movers, state, settings)
+    return ends[free.argmax()] if free.any() else None
 
 
 def _goal_itself(goal: np.ndarray) -> _Choice:
