@@ -37,11 +37,13 @@ class MotionWatch:
 
     Attributes:
         verdict: the newest.
+        pushed: whether something other than the wheels may have moved the robot at the newest pose.
     """
 
     def __init__(self) -> None:
         """Starts without poses, scans or commands."""
         self.verdict = MotionVerdict()
+        self.pushed = False
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
         self._yaw = math.nan
@@ -56,13 +58,18 @@ class MotionWatch:
         """Takes a pose; one that does not join the earlier ones begins anew."""
         if not joins:
             self._record = restart(self._record)
-        touching = _is_near(self._surfaces, *state.position.tolist(), settings.robot.radius + TOUCH)
+        touching = self.pushed = self.is_near(state, settings.robot.radius + TOUCH)
         if touching:
             self._touched = local
         elif local - self._touched > SETTLE and self._is_hit(state, settings):
+            self.pushed = True
             self._record = ignore_until(self._record, local + UNSEEN)
         self._record = add_pose(self._record, state, local, touching)
         self._yaw = state.yaw
+
+    def is_near(self, state: State, reach: float) -> bool:
+        """Returns whether a surface of the newest scan is within `reach` of the centre [m]."""
+        return _is_near(self._surfaces, *state.position.tolist(), reach)
 
     def _is_hit(self, state: State, settings: Settings) -> bool:
         """Returns whether this pose shows a hit."""
