@@ -86,7 +86,7 @@ def drive_in_use(belief: Drive, learnt: LearntDrive, spreads: Sequence[float], b
     A delay that no motion tells apart from the belief stays there.
     """
     narrowed = [known.deviation / spread for known, spread in zip(learnt, spreads, strict=True)]
-    shares = [max(0.0, 1.0 - each * each) ** 2 for each in narrowed]
+    shares = [max(0.0, 1.0 - each * each) for each in narrowed]
     seen = (learnt.max_acceleration.value * learnt.lag.value - HIDDEN) / (SEEN - HIDDEN)
     shares[1] *= min(max(seen, 0.0), 1.0)
     acceleration = _between(belief.max_acceleration, learnt.max_acceleration, shares[0])
@@ -108,3 +108,12 @@ def why_unlike(belief: Drive, learnt: LearntDrive) -> str:
     if low / (1.0 + UNLIKE) <= told <= high * (1.0 + UNLIKE):
         return ""
     return f"drives like {learnt.max_acceleration.value:.2f} m/s^2, set to {told:g}"
+
+
+def described(learnt: LearntDrive) -> str:
+    """What motion tells, in words; in brackets where each is in nine of ten."""
+    told = []
+    for known, words in zip(learnt, ("{} m/s^2", "lag {} s", "delay {} s"), strict=True):
+        low, high = known.interval
+        told.append(f"{words.format(f'{known.value:.2f}')} ({low:.2f} to {high:.2f})")
+    return "drives like " + ", ".join(told)

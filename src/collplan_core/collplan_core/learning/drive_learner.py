@@ -35,8 +35,8 @@ from collplan_core.learning.drive import Drive, Learnt, LearntDrive
 
 WAIT = 0.12
 """Poses are used so long after they were measured [s]."""
-BEFORE, AFTER = 0.03, 0.1
-"""Poses so near in time to an impact are left out [s]."""
+BEFORE, AFTER = 0.11, 0.05
+"""Poses so near in time to an impact are left out [s]: its stamp is that of the pose that showed it."""
 GAP = 0.055
 """A longer pause between two poses begins a new stretch [s]."""
 FIRST, UNSCORED = 6, 2

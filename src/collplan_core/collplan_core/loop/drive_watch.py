@@ -6,7 +6,7 @@ import numpy as np
 
 from collplan_core.command import STOPPED, Command
 from collplan_core.control.motion_monitor import REVERSED, SLIP, STUCK
-from collplan_core.learning.drive import DRIVE, Drive, LearntDrive, drive_in_use, drive_of, why_unlike
+from collplan_core.learning.drive import DRIVE, Drive, LearntDrive, drive_in_use, drive_of
 from collplan_core.learning.drive_learner import SPREADS, DriveLearner
 from collplan_core.parameters import Settings
 from collplan_core.state import State
@@ -40,11 +40,6 @@ class DriveWatch:
     def learnt(self) -> LearntDrive | None:
         """What motion tells; None where nothing is learnt."""
         return None if self._learner is None else self._learner.learnt
-
-    @property
-    def why_unlike(self) -> str:
-        """How the robot drives otherwise than is set; "" where it may be as set, or nothing is learnt."""
-        return "" if self._learner is None else why_unlike(self._learner.belief, self._learner.learnt)
 
     def take_pose(self, state: State, joins: bool, pushed: bool) -> None:
         """Takes a pose: whether it joins the one before, and whether something else than the wheels may push."""
