@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from collplan_core.evaluation.run_end import REACHED
-from collplan_core.learning.drive import DRIVE, INTERVAL, NOTHING, Drive
+from collplan_core.learning.drive import DRIVE, NOTHING, Drive
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World, load_world
 from collplan_study.question.bounces import SPREADS
@@ -136,7 +136,7 @@ class Legs(TrialNodes):
         if ended != REACHED:
             return ended
         now, drive = self.simulator.time, self.loop.controller.drive
-        learnt = {} if drive.learnt is None else {"learnt": [each[:2] for each in drive.learnt]}
+        learnt = {} if drive.learnt is None else {"learnt": [each[:3] for each in drive.learnt]}
         self.legs.append({"time": now - self._given, **learnt, "in_use": drive.in_use})
         if len(self.legs) == LEGS:
             return REACHED
@@ -222,9 +222,8 @@ def learnt_table(rows: Sequence[dict[str, Any]]) -> str:
             is_drawn = row["case"][0].startswith("drawn")
             if row["case"][3] != ON or is_drawn != (kind == "drawn") or leg >= len(row["legs"]) or setup.middle:
                 continue
-            true = [math.log(setup.drive.max_acceleration), math.log(setup.drive.lag), setup.drive.delay]
-            found = zip(row["legs"][leg]["learnt"], true, strict=True)
-            errors.append([(m - t, abs(m - t) <= INTERVAL * d) for (m, d), t in found])
+            found = zip(row["legs"][leg]["learnt"], setup.drive, (True, True, False), strict=True)
+            errors.append([(math.log(m / t) if log else m - t, low <= t <= high) for (m, low, high), t, log in found])
         if not errors:
             continue
         each = np.array(errors, dtype=float)

@@ -1,6 +1,5 @@
 """The learnt drive in messages: every number comes through bit for bit, as planner and controller must not differ."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +19,7 @@ from collplan_ros.messages.status_values import DRIVE, drive_figures
 
 DRIVES = st.builds(Drive, st.floats(0.1, 20.0), st.floats(0.0, 1.0), st.floats(0.0, 0.3))
 BELIEF = Drive(1.5, 0.1, 0.0)
-LEARNT = LearntDrive(Learnt(math.log(0.74), 0.01), Learnt(math.log(0.2), 0.1), Learnt(0.0, 0.01, is_log=False))
+LEARNT = LearntDrive(Learnt(0.74, 0.73, 0.75, 1.0), Learnt(0.2, 0.17, 0.24, 1.0), Learnt(0.0, 0.0, 0.01, 1.0))
 PLAN = timed_path(1.0, [1.0, 2.0], [[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 0.0]], valid_until=1.5)
 
 

@@ -39,7 +39,7 @@ def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path):
     _, loop, plans = driven(path, simulator__mass_ratio=2.0, **LEARNS)
     in_use, learnt = loop.controller.drive.in_use, loop.controller.drive.learnt
     assert in_use.max_acceleration == pytest.approx(0.75, rel=0.05)
-    assert learnt.max_acceleration.interval[0] < 0.75 < learnt.max_acceleration.interval[1]
+    assert learnt.max_acceleration.low < 0.75 < learnt.max_acceleration.high
     assert (plans[0], plans[-1]) == (drive_of(Settings().robot), in_use)
     assert drive_of(loop.settings.robot) == in_use
     lines = path.read_text().splitlines()

@@ -1,9 +1,7 @@
 """Largest acceleration, lag and delay of the drive, learnt from commands and poses while the robot drives.
 
-A grid of drives is compared by how well a filter with each foresees every pose (`bank.py`). The sums of the logarithms
-of the likelihoods are the posterior; they fade towards the prior while the robot drives, and none is ever far behind
-the best, so that another floor or load is seen within seconds. Poses are used only while nothing but the wheels moves
-the robot, and WAIT after they were measured: an impact is reported later than it was.
+A grid of drives is compared by how well a filter with each foresees every pose (`bank.py`). Poses are used only while
+nothing but the wheels moves the robot, and WAIT after they were measured: an impact is reported later than it was.
 """
 
 import math
@@ -13,55 +11,31 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.control.stuck import with_row
-from collplan_core.learning.bank import (
-    ROW,
-    VV_XX,
-    VV_YY,
-    VX,
-    VY,
-    X_VX,
-    XX,
-    Y_VY,
-    YY,
-    ScoreLaw,
-    X,
-    Y,
-    foresee,
-    judge,
-    learn,
-    take,
-)
+from collplan_core.learning.bank import Bank, foresee, judge, learn, take
 from collplan_core.learning.drive import Drive, Learnt, LearntDrive
 
-WAIT = 0.12
-"""Poses are used so long after they were measured [s]."""
-BEFORE, AFTER = 0.11, 0.05
-"""Poses so near in time to an impact are left out [s]: its stamp is that of the pose that showed it."""
-GAP = 0.055
-"""A longer pause between two poses begins a new stretch [s]."""
-FIRST, UNSCORED = 6, 2
-"""Poses whose line gives the first velocity of a stretch, and means after them that move no score."""
+WAIT, BEFORE, AFTER = 0.12, 0.11, 0.05
+"""Poses are used so long after they were measured, and not so near to an impact, which is stamped late [s]."""
+GAP, FIRST, UNSCORED = 0.055, 6, 2
+"""Pause after which a new stretch begins [s], poses whose line gives its first velocity, and means without a score."""
 MEAN_OF = 0.009
 """Poses are taken as their mean until they span so much [s]: two at 100 Hz. It halves the work."""
-KEPT_COMMANDS = 1.0
-"""[s]"""
-OUTLIER, MOST, IN_A_ROW = 20.0, 6.0, 3
-"""Square of the best model's innovation from which a pose is skipped; most by which one moves a score; and number
-skipped in a row that ends the stretch."""
-DEEPEST = 60.0
-"""Most by which a score is behind the best: another floor is seen within seconds."""
-FORGET, IDLE = 20.0, 1e-3
-"""Driving time in which scores fade to 1/e [s]; poses that tell the models apart by less are no driving."""
-NOISE_POSES = 150.0
-"""Number of poses over which their noise is averaged."""
+OUTLIER, IN_A_ROW, MOST = 20.0, 3, 6.0
+"""Square of the best model's error at which a pose is skipped, number in a row that end the stretch, most that one
+moves a score."""
+DEEPEST, FORGET, IDLE = 60.0, 20.0, 1e-3
+"""Most by which a score is behind, so that another floor is seen within seconds; driving time in which scores fade to
+1/e [s]; poses that tell the models apart by less are no driving."""
+NOISE_POSES, MISFIT_POSES = 150.0, 50.0
+"""Poses over which their noise is averaged, and means of them over which the misfit is."""
 SPREADS = (0.45, 0.8, 0.03)
 """Standard deviations of the prior: of the logarithms of largest acceleration and lag, and of the delay [s]."""
-WIDER = (1.8, 3.5, 2.0)
-"""Factors on the deviations of the three: errors of the wheels last, and are not as the models take them."""
-LEAST = (0.01, 0.02, 0.002)
-"""Their smallest deviations."""
-ACCELERATIONS, LAGS, DELAYS = (0.25, 3.0, 24), (0.25, 5.0, 12), (-0.03, 0.06, 4)
-"""First and last node and their number: factors of the belief, and differences from it [s]."""
+WIDER, LEAST = (1.8, 3.5, 2.0), (0.01, 0.02, 0.002)
+"""Factors on the deviations of the three, as errors of the wheels last; and what these are at least before that."""
+ACCELERATIONS, LAGS, DELAYS = (0.25, 3.0, 24), (0.25, 5.0, 12), (0.0, 0.09, 4)
+"""First and last node and their number: factors of the belief, and delays after the earliest that may be [s]."""
+INTERVAL = 1.645
+"""Half the width of an interval that holds nine of ten, in standard deviations."""
 LEAST_LAG = 0.02
 """A shorter lag is no different [s]."""
 
@@ -74,50 +48,39 @@ class _Pose(NamedTuple):
 
 
 class DriveLearner:
-    """Takes commands and poses in the order of time, all times on the poses' clock [s].
-
-    Attributes:
-        skipped: number of poses that no model explained.
-    """
+    """Takes commands and poses in the order of time, all times on the poses' clock [s]."""
 
     def __init__(self, belief: Drive, pose_noise: float) -> None:
         """Begins with what the parameters tell, and the deviation of a measured position by axis [m]."""
         self.belief = belief
-        self._accelerations = belief.max_acceleration * np.geomspace(*ACCELERATIONS)
-        self._lags = max(belief.lag, LEAST_LAG) * np.geomspace(*LAGS)
-        low, high, n = DELAYS
-        self._delays = max(belief.delay + low, 0.0) + np.linspace(0.0, high - low, n)
-        self._nodes = np.log(self._accelerations), np.log(self._lags), self._delays
-        grid = np.meshgrid(self._delays, self._nodes[0], self._nodes[1], indexing="ij")
-        off = [grid[1] - math.log(belief.max_acceleration), grid[2] - math.log(max(belief.lag, LEAST_LAG))]
-        off.append(grid[0] - belief.delay)
-        far = [(each / spread) ** 2 for each, spread in zip(off, SPREADS, strict=True)]
-        self._prior = -0.5 * (far[0] + far[1] + far[2]).ravel()
-        self._scores = self._prior - self._prior.max()
-        models = self._scores.size
-        self._bank, self._told, self._best = np.zeros((models, ROW)), np.zeros(models), int(self._scores.argmax())
-        self._law = ScoreLaw(ACCELERATIONS[2], LAGS[2], MOST, DEEPEST)
+        at = math.log(belief.max_acceleration), math.log(max(belief.lag, LEAST_LAG)), belief.delay
+        self._nodes = (
+            at[0] + np.log(np.geomspace(*ACCELERATIONS)),
+            at[1] + np.log(np.geomspace(*LAGS)),
+            max(belief.delay - SPREADS[2], 0.0) + np.linspace(*DELAYS),
+        )
+        off = [((nodes - middle) / spread) ** 2 for nodes, middle, spread in zip(self._nodes, at, SPREADS, strict=True)]
+        prior = -0.5 * (off[2][:, None, None] + off[0][:, None] + off[1])
+        self._shape, n, prior = prior.shape, prior.size, prior.ravel() - prior.max()
+        axes = self._nodes[2], np.exp(self._nodes[0]), np.exp(self._nodes[1])
+        self._bank = Bank(*axes, np.zeros((n, 4)), np.zeros((n, 4, 4)), prior.copy(), prior, np.zeros(n))
+        self._best = int(prior.argmax())
         self._commands = np.zeros((0, 3))
         self._waiting: deque[_Pose] = deque()
-        self._first: list[_Pose] = []
-        self._held: list[_Pose] = []
         self._recent: deque[_Pose] = deque(maxlen=4)
-        self._at: float | None = None
         self._newest, self._blocked = -math.inf, -math.inf
-        self._unscored = self._in_a_row = self.skipped = 0
         self._variance, self._misfit = pose_noise**2, 1.0
-
-    # ---- inputs
+        self._end_stretch()
 
     def take_command(self, velocity: np.ndarray, now: float) -> None:
         """Takes a velocity (2,) [m/s, body frame] that is sent now."""
-        self._commands = with_row(self._commands, np.array([now, *velocity.tolist()]), KEPT_COMMANDS, 1)
+        self._commands = with_row(self._commands, np.array([now, *velocity.tolist()]), 1.0, 1)
 
-    def take_pose(self, stamp: float, x: float, y: float, yaw: float) -> None:
-        """Takes a pose."""
-        if stamp >= self._blocked:
-            self._waiting.append(_Pose(stamp, x, y, yaw))
-        while self._waiting and self._waiting[0].stamp <= stamp - WAIT:
+    def take_pose(self, pose: tuple[float, float, float, float]) -> None:
+        """Takes a pose: its stamp [s], x, y [m] and yaw [rad]."""
+        if pose[0] >= self._blocked:
+            self._waiting.append(_Pose(*pose))
+        while self._waiting and self._waiting[0].stamp <= pose[0] - WAIT:
             self._use(self._waiting.popleft())
 
     def exclude(self, begin: float, end: float) -> None:
@@ -138,47 +101,43 @@ class DriveLearner:
         self._blocked = self._newest = -math.inf
         self._end_stretch()
 
-    # ---- one pose
+    def _end_stretch(self) -> None:
+        self._at: float | None = None
+        self._held: list[_Pose] = []
+        self._in_a_row, self._unscored = 0, UNSCORED
 
     def _use(self, pose: _Pose) -> None:
         self._measure_noise(pose)
         if pose.stamp - self._newest > GAP:
             self._end_stretch()
         self._newest = pose.stamp
-        if self._at is None:
-            self._first.append(pose)
-            if len(self._first) == FIRST:
-                self._begin_stretch()
-            return
         self._held.append(pose)
-        if pose.stamp - self._held[0].stamp >= MEAN_OF:
-            n = len(self._held)
-            stamp, x, y = (sum(column) / n for column in list(zip(*self._held, strict=True))[:3])
-            self._held = []
-            self._compare(_Pose(stamp, x, y, pose.yaw), self._variance / n)
+        if self._at is None:
+            if len(self._held) == FIRST:
+                self._begin_stretch(np.array(self._held)[:, :3])
+        elif pose.stamp - self._held[0].stamp >= MEAN_OF:
+            n, held, self._held = len(self._held), self._held, []
+            stamp, x, y = (sum(each[k] for each in held) / n for k in range(3))
+            self._compare(_Pose(stamp, x, y, pose.yaw), self._at, self._variance / n)
 
-    def _compare(self, pose: _Pose, variance: float) -> None:
-        """Compares the models by a mean of poses, of that variance by axis [m^2]."""
-        assert self._at is not None, "the stretch has begun"
-        span, begin, self._at = pose.stamp - self._at, self._at, pose.stamp
-        grid = self._delays, self._accelerations, self._lags
-        foresee(self._bank, *grid, self._commands, begin, pose.stamp, pose.yaw)
-        square, least = judge(self._bank, pose.x, pose.y, variance, self._told, self._best)
+    def _compare(self, pose: _Pose, begin: float, variance: float) -> None:
+        """Compares the models, from `begin` on [s], by a mean of poses, of that variance by axis [m^2]."""
+        self._at = pose.stamp
+        foresee(self._bank, self._commands, begin, pose.stamp, pose.yaw)
+        square, least = judge(self._bank, pose.x, pose.y, variance, self._best)
         if min(square, least + MOST) > OUTLIER:
-            self.skipped += 1
             self._in_a_row += 1
             if self._in_a_row >= IN_A_ROW:
                 self._end_stretch()
             return
-        self._in_a_row = 0
         take(self._bank, pose.x, pose.y, variance)
-        if self._unscored > 0:
-            self._unscored -= 1
+        self._in_a_row, self._unscored = 0, self._unscored - 1
+        if self._unscored >= 0:
             return
-        self._misfit += 0.02 * (0.5 * square - self._misfit)
-        if np.ptp(self._told) > IDLE:
-            kept = math.exp(-span / FORGET)
-            self._best = learn(self._scores, self._prior, self._told, self._law, kept, self._misfit)
+        self._misfit += (0.5 * square - self._misfit) / MISFIT_POSES
+        if np.ptp(self._bank.told) > IDLE:
+            kept = math.exp((begin - pose.stamp) / FORGET)
+            self._best = learn(self._bank, kept, 1.0 / max(1.0, self._misfit), MOST, DEEPEST)
 
     def _measure_noise(self, pose: _Pose) -> None:
         """Third differences leave out a constant acceleration, and have 20 times the variance of a pose."""
@@ -193,46 +152,33 @@ class DriveLearner:
             square = min(third * third / 20.0, 9.0 * self._variance)
             self._variance += (square - self._variance) / (2.0 * NOISE_POSES)
 
-    # ---- stretches
-
-    def _end_stretch(self) -> None:
-        self._at, self._first, self._held, self._in_a_row = None, [], [], 0
-
-    def _begin_stretch(self) -> None:
-        """Begins at the end of a line through the first poses."""
-        rows = np.array([pose[:3] for pose in self._first])
+    def _begin_stretch(self, rows: np.ndarray) -> None:
+        """Begins at the end of a line through the first poses (n, 3): stamp and position."""
         since = rows[:, 0] - rows[:, 0].mean()
         spread, late = float((since**2).sum()), float(since[-1])
         velocity = since @ rows[:, 1:] / spread
-        bank, variance = self._bank, self._variance
-        bank[:] = 0.0
-        bank[:, [X, Y]], bank[:, [VX, VY]] = rows[:, 1:].mean(axis=0) + late * velocity, velocity
-        bank[:, [XX, YY]] = variance * (1.0 / FIRST + late**2 / spread) + 1e-6
-        bank[:, [X_VX, Y_VY]] = variance * late / spread
-        unknown = 0.5 * (np.repeat(self._accelerations, len(self._lags)) * late) ** 2
-        bank[:, VV_XX] = bank[:, VV_YY] = variance / spread + np.tile(unknown, len(self._delays))
-        self._at, self._first, self._unscored = float(rows[-1, 0]), [], UNSCORED
-
-    # ---- results
+        unknown = np.tile(np.repeat(0.5 * (self._bank.accelerations * late) ** 2, self._shape[2]), self._shape[0])
+        means, p, variance = self._bank.means, self._bank.covariances, self._variance
+        means[:, :2], means[:, 2:] = rows[:, 1:].mean(axis=0) + late * velocity, velocity
+        p[:] = 0.0
+        for c in range(2):
+            p[:, c, c] = variance * (1.0 / FIRST + late**2 / spread) + 1e-6
+            p[:, c, 2 + c] = p[:, 2 + c, c] = variance * late / spread
+            p[:, 2 + c, 2 + c] = variance / spread + unknown
+        self._at, self._held = float(rows[-1, 0]), []
 
     @property
     def learnt(self) -> LearntDrive:
         """What the poses so far tell."""
-        chances = np.exp(self._scores).reshape(DELAYS[2], ACCELERATIONS[2], LAGS[2])
+        chances = np.exp(self._bank.scores).reshape(self._shape)
         found = []
-        for k, (axis, nodes) in enumerate(zip((1, 2, 0), self._nodes, strict=True)):
-            others = tuple(other for other in range(3) if other != axis)
+        for k, (nodes, others) in enumerate(zip(self._nodes, ((0, 2), (0, 1), (1, 2)), strict=True)):
             middle, deviation = _peak(nodes, chances.sum(axis=others))
-            found.append(Learnt(middle, max(deviation, LEAST[k]) * WIDER[k], is_log=k < 2))
+            wide = max(deviation, LEAST[k]) * WIDER[k]
+            ends = middle + INTERVAL * wide * np.array([0.0, -1.0, 1.0])
+            value, low, high = (np.exp(ends) if k < 2 else ends.clip(0.0)).tolist()
+            found.append(Learnt(value, low, high, max(0.0, 1.0 - (wide / SPREADS[k]) ** 2)))
         return LearntDrive(*found)
-
-
-def warm_up() -> None:
-    """Compiles the filters, so that no pose has to wait for them."""
-    learner = DriveLearner(Drive(1.0, 0.1, 0.0), 0.001)
-    for k in range(30):
-        learner.take_command(np.array([0.1, 0.0]), 0.01 * k)
-        learner.take_pose(0.01 * k, 0.0, 0.0, 0.0)
 
 
 def _peak(nodes: np.ndarray, chances: np.ndarray) -> tuple[float, float]:
@@ -247,3 +193,11 @@ def _peak(nodes: np.ndarray, chances: np.ndarray) -> tuple[float, float]:
     shares = chances / chances.sum()
     middle = float(shares @ nodes)
     return middle, math.sqrt(float(shares @ (nodes - middle) ** 2) + step**2 / 12.0)
+
+
+def warm_up() -> None:
+    """Compiles the filters, so that no pose has to wait for them."""
+    learner = DriveLearner(Drive(1.0, 0.1, 0.0), 0.001)
+    for k in range(30):
+        learner.take_command(np.array([0.1, 0.0]), 0.01 * k)
+        learner.take_pose((0.01 * k, 0.0, 0.0, 0.0))

@@ -7,7 +7,7 @@ import numpy as np
 from collplan_core.command import STOPPED, Command
 from collplan_core.control.motion_monitor import REVERSED, SLIP, STUCK
 from collplan_core.learning.drive import DRIVE, Drive, LearntDrive, drive_in_use, drive_of
-from collplan_core.learning.drive_learner import SPREADS, DriveLearner
+from collplan_core.learning.drive_learner import DriveLearner
 from collplan_core.parameters import Settings
 from collplan_core.state import State
 
@@ -50,7 +50,7 @@ class DriveWatch:
             self._learner.begin_anew()
         if not pushed:
             x, y = state.position.tolist()
-            self._learner.take_pose(state.stamp, x, y, state.yaw)
+            self._learner.take_pose((state.stamp, x, y, state.yaw))
 
     def refuse_pose(self) -> None:
         """Takes a pose that cannot be used, as where a hand lifts the robot."""
@@ -75,5 +75,5 @@ class DriveWatch:
         if robot_stands or command.maneuver == STOPPED or kind in (STUCK, SLIP, REVERSED):
             self._learner.exclude(now - AROUND, now + AROUND)
         before = self.in_use or self._learner.belief
-        self.in_use = drive_in_use(self._learner.belief, self._learner.learnt, SPREADS, before)
+        self.in_use = drive_in_use(self._learner.belief, self._learner.learnt, before)
         return self.in_use != before

@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from collplan_core.command import STOPPED as STANDS
 from collplan_core.control.activity import Activity
 from collplan_core.goal import NO_GOAL, Goal
-from collplan_core.learning.drive import Drive, LearntDrive, described, why_unlike
+from collplan_core.learning.drive import Drive, LearntDrive
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.reading import GOAL_STATUS, seconds_from_stamp
 from collplan_ros.messages.status_values import DRIVE
@@ -63,15 +63,14 @@ def activity_to_message(
 
 def drive_to_message(in_use: Drive, learnt: LearntDrive, belief: Drive, source: str) -> DiagnosticStatus:
     """Message of the drive in use and what was learnt of it; a warning where it is not what is set, beyond doubt."""
-    unlike = why_unlike(belief, learnt)
+    unlike = learnt.why_unlike(belief)
     values: dict[str, float] = {}
     for name, used, known in zip(DRIVE, in_use, learnt, strict=True):
-        low, high = known.interval
-        values |= {name: used, f"{name}.learnt": known.value, f"{name}.low": low, f"{name}.high": high}
+        values |= {name: used, f"{name}.learnt": known.value, f"{name}.low": known.low, f"{name}.high": known.high}
     return DiagnosticStatus(
         level=DiagnosticStatus.WARN if unlike else DiagnosticStatus.OK,
         name=source,
-        message=unlike or described(learnt),
+        message=unlike or str(learnt),
         values=[KeyValue(key=key, value=repr(float(value))) for key, value in values.items()],
     )
 
