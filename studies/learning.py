@@ -12,7 +12,6 @@ import argparse
 import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
 from itertools import groupby, product
 from pathlib import Path
 from types import MappingProxyType
@@ -262,10 +261,12 @@ def main(args: Sequence[str] | None = None) -> int:
     there = {tuple(row["case"]) for row in out.records() if row["code"] == code}
     missing = [case for case in wanted if tuple(case) not in there]
     try:
-        with open_pool(given.jobs, None) as (pool, _):
-            for done, future in enumerate(as_completed([pool.submit(row_of, case) for case in missing]), 1):
-                out.append({**future.result(), "code": code})
-                print(f"{done} of {len(missing)}", file=sys.stderr, flush=True)
+        with open_pool(given.jobs, None) as (pool, jobs):
+            for first in range(0, len(missing), jobs):
+                # a pool of this process alone runs what it is given at once
+                for future in [pool.submit(row_of, case) for case in missing[first : first + jobs]]:
+                    out.append({**future.result(), "code": code})
+                print(f"{min(first + jobs, len(missing))} of {len(missing)}", file=sys.stderr, flush=True)
     except KeyboardInterrupt:
         print("stopped; the next call goes on here", file=sys.stderr)
         return 130
