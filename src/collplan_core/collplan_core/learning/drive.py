@@ -10,7 +10,7 @@ NOTHING, DRIVE = "nothing", "drive"
 """Values of robot.learning."""
 STEPS, DELAY_STEP = (0.01, 0.02), 0.005
 """Shares by which largest acceleration and lag must move until others are used, and steps of the delay in use [s]."""
-HIDDEN, SEEN = 0.09, 0.13
+HIDDEN, SEEN = 0.04, 0.08
 """Largest acceleration times lag: below the first, errors of the wheels hide the lag, and the belief holds; above the
 second they do not [m/s]."""
 UNLIKE = 0.1

@@ -177,7 +177,7 @@ class DriveLearner:
             wide = max(deviation, LEAST[k]) * WIDER[k]
             ends = middle + INTERVAL * wide * np.array([0.0, -1.0, 1.0])
             value, low, high = (np.exp(ends) if k < 2 else ends.clip(0.0)).tolist()
-            found.append(Learnt(value, low, high, max(0.0, 1.0 - (wide / SPREADS[k]) ** 2)))
+            found.append(Learnt(value, low, high, max(0.0, 1.0 - (wide / SPREADS[k]) ** 4)))
         return LearntDrive(*found)
 
 
