@@ -75,6 +75,7 @@ class Plan:
         candidates: all candidates compared.
         n_before_pruning: number of candidates before pruning.
         valid_until: time until which it may be followed [s]; None where it has no such limit.
+        drive: largest acceleration [m/s^2], lag and delay [s] that it was made with; None where the parameters tell.
     """
 
     stamp: float
@@ -88,6 +89,7 @@ class Plan:
     candidates: Candidates
     n_before_pruning: int
     valid_until: float | None = None
+    drive: tuple[float, float, float] | None = None
 
     def __repr__(self) -> str:
         """Summary in a line: start, duration, length, number of contacts."""

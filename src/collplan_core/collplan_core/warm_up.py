@@ -9,6 +9,7 @@ import numpy as np
 
 from collplan_core.command import FREE_SPACE, Command
 from collplan_core.control.follow import ControllerMemory, boundary_reference, follow
+from collplan_core.learning import drive_learner
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.local_map.seen import seen_surfaces
@@ -36,6 +37,7 @@ def warm_up() -> None:
     pose_filter.warm_up()
     spinning_lidar.warm_up()
     motion_watch.warm_up()
+    drive_learner.warm_up()
     settings = Settings()
     world = load_world("corridor")
     assert world.start is not None, "the shipped arenas have a start"

@@ -117,7 +117,8 @@ class TrialNodes:
 
     def filtered(self, sample: PoseSample) -> pose_filter.FilterResult:
         now = self.simulator.time
-        result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
+        settings = self.loop.settings
+        result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, settings)
         return result
 
     def mocap(self) -> None:

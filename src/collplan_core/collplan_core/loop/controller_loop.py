@@ -21,8 +21,10 @@ from collplan_core.control.manual_override import TAKEN, ManualCommand, override
 from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
 from collplan_core.goal import NO_GOAL, Goal
+from collplan_core.learning.drive import with_drive
 from collplan_core.local_map import LocalMap
 from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
+from collplan_core.loop.drive_watch import NEARBY, DriveWatch
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.mover_guard import kept_off
@@ -56,6 +58,7 @@ class ControllerLoop:
         goal: the present goal of planner and robot; None before the first.
         refusals: counts of what was refused.
         motion: monitoring of the robot's motion, compared with its commands.
+        drive: the drive in use, and what was learnt of it.
         override_trouble: reason why a person who has the robot is not followed, or limited to limits.blind_speed;
             empty where there is none, or nobody drives by hand.
     """
@@ -70,8 +73,9 @@ class ControllerLoop:
         self.goal: Goal | None = None
         self.refusals = Refusals()
         self.motion = MotionWatch()
+        self.drive = DriveWatch(settings)
         self.override_trouble = ""
-        self._settings = settings
+        self._settings = self._given = settings
         self._why_forbidden = why_forbidden
         self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._waiting: Plan | None = None
@@ -91,7 +95,7 @@ class ControllerLoop:
 
     def change_settings(self, settings: Settings) -> None:
         """Uses other settings from now on."""
-        self._settings = settings
+        self._given, self._settings = settings, with_drive(settings, self.drive.in_use)
 
     @property
     def goal_active(self) -> bool:
@@ -122,10 +126,16 @@ class ControllerLoop:
     def take_pose(self, state: State, local: float) -> None:
         """Takes a pose."""
         joins = self._inputs.take_pose(state, local, self._settings)
-        self.motion.take_pose(state, local, joins, self._settings)
+        self.motion.take_pose(state, local, joins, self._settings, self._inputs.sensed.movers)
+        self.drive.take_pose(state, joins, self.motion.pushed)
         if not joins:
             self._commands = np.zeros((0, 3))
             self._forget_plans()
+
+    def take_impact(self, stamp: float, change: np.ndarray) -> None:
+        """Takes an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
+        state, reach = self._inputs.state, self._settings.robot.radius + NEARBY
+        self.drive.take_impact(stamp, change, state is not None and self.motion.is_near(state, reach))
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """Takes a scan."""
@@ -137,6 +147,8 @@ class ControllerLoop:
 
         The robot is then held, unless a person has let it go on while its poses were refused.
         """
+        if kind == "pose":
+            self.drive.refuse_pose()
         if kind == "pose" and reason.startswith(KIDNAPPED):
             if self.goal_active and not self.held and not self._kidnapping_is_known:
                 self._interlock = self._interlock.held(WHY_KIDNAPPED)
@@ -250,6 +262,8 @@ class ControllerLoop:
         state, now = self._inputs.state, self._inputs.now(local)
         if state is not None and now is not None:
             self._commands = with_command(self._commands, command.velocity, state.yaw, now)
+        if self.drive.commanded(command, now, self.motion.verdict.kind, self._robot_stands):
+            self._settings = with_drive(self._given, self.drive.in_use)
 
     def _override(self, hand: ManualCommand, local: float) -> Command:
         limits, state = self._settings.limits, self._inputs.state
@@ -275,8 +289,11 @@ class ControllerLoop:
         if reason or followed is None or state is None or now is None:
             self._memory = ControllerMemory(heading=self._memory.heading)
             return stopped(reason), None
-        settings = self._settings
-        state, now = self._when_it_acts(state, now, followed.local_map)
+        settings, drive = self._settings, followed.plan.drive
+        if drive is not None and drive != self.drive.in_use:
+            # a lead that suits another drive is none
+            settings = with_drive(self._given, drive)
+        state, now = self._when_it_acts(state, now, followed.local_map, settings)
         command, self._memory = follow(self._memory, followed.plan, followed.local_map, state, now, settings)
         clipped = clip_command(command.velocity, command.yaw_rate, settings.robot, settings.limits)
         if clipped is None:
@@ -284,13 +301,13 @@ class ControllerLoop:
             return stopped("the command is not finite or far beyond the limits"), None
         return replace(command, velocity=clipped[0], yaw_rate=clipped[1]), replace(state, stamp=now)
 
-    def _when_it_acts(self, state: State, now: float, local_map: LocalMap) -> tuple[State, float]:
+    def _when_it_acts(self, state: State, now: float, local_map: LocalMap, settings: Settings) -> tuple[State, float]:
         """The robot when a command that is sent now acts, and the time then [s]; without a delay the newest pose."""
-        delay = delay_in_use(self._settings.robot, self.motion.verdict.delay)
+        delay = delay_in_use(settings.robot, self.motion.verdict.delay)
         if delay <= 0.0:
             return state, now
         ahead = now + delay - state.stamp
-        state = motion_under_way(state, self._commands, delay, ahead, local_map, self._settings).end
+        state = motion_under_way(state, self._commands, delay, ahead, local_map, settings).end
         return state, state.stamp
 
     def _kept_off(self, command: Command, acts: State | None, local: float) -> Command:
@@ -305,7 +322,7 @@ class ControllerLoop:
             return command
         placed = sensed.newest_mapped(settings)
         if acts is None and placed is not None:
-            state, now = self._when_it_acts(state, now, placed.local_map)
+            state, now = self._when_it_acts(state, now, placed.local_map, settings)
         return kept_off(command, acts or replace(state, stamp=now), sensed.movers, placed, settings)
 
     def _why_still(self, local: float) -> str:

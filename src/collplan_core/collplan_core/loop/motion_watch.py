@@ -17,6 +17,7 @@ from collplan_core.control.motion_monitor import (
     restart,
 )
 from collplan_core.jit import njit
+from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.scan import Scan
@@ -28,6 +29,8 @@ HIT_TIME = 0.05
 """A hit of an unseen obstacle shows as a change of velocity within this time [s]..."""
 HIT = 0.25
 """...by so much more than the wheels make; less may be noise [m/s]."""
+TURNED = 0.2
+"""Time for which a mover may have gone another way than it is predicted to [s]."""
 NEARBY = 0.5
 """Surfaces farther from the ring than this are not kept: they are seen again before they are near [m]."""
 
@@ -37,11 +40,13 @@ class MotionWatch:
 
     Attributes:
         verdict: the newest.
+        pushed: whether something other than the wheels may have moved the robot at the newest pose.
     """
 
     def __init__(self) -> None:
         """Starts without poses, scans or commands."""
         self.verdict = MotionVerdict()
+        self.pushed = False
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
         self._yaw = math.nan
@@ -52,17 +57,25 @@ class MotionWatch:
         self.verdict = MotionVerdict(delay=self._record.delay)
         self._record = MotionRecord(delay=self._record.delay)
 
-    def take_pose(self, state: State, local: float, joins: bool, settings: Settings) -> None:
-        """Takes a pose; one that does not join the earlier ones begins anew."""
+    def take_pose(
+        self, state: State, local: float, joins: bool, settings: Settings, movers: Movers = NO_MOVERS
+    ) -> None:
+        """Takes a pose, and what moves by then; a pose that does not join the earlier ones begins anew."""
         if not joins:
             self._record = restart(self._record)
-        touching = _is_near(self._surfaces, *state.position.tolist(), settings.robot.radius + TOUCH)
+        touching = self.is_near(state, settings.robot.radius + TOUCH) or _is_beside(movers, state, settings)
+        self.pushed = touching
         if touching:
             self._touched = local
         elif local - self._touched > SETTLE and self._is_hit(state, settings):
+            self.pushed = True
             self._record = ignore_until(self._record, local + UNSEEN)
         self._record = add_pose(self._record, state, local, touching)
         self._yaw = state.yaw
+
+    def is_near(self, state: State, reach: float) -> bool:
+        """Returns whether a surface of the newest scan is within `reach` of the centre [m]."""
+        return _is_near(self._surfaces, *state.position.tolist(), reach)
 
     def _is_hit(self, state: State, settings: Settings) -> bool:
         """Returns whether this pose shows a hit."""
@@ -90,6 +103,13 @@ class MotionWatch:
         if math.isfinite(self._yaw):
             x, y = command.velocity.tolist()
             self._record = add_command(self._record, np.array(rotate(x, y, self._yaw)), local)
+
+
+def _is_beside(movers: Movers, state: State, settings: Settings) -> bool:
+    """Returns whether a mover may touch the robot: it is in no surface, and may have turned since it was seen."""
+    rows = movers.rows_at(state.stamp)
+    apart = np.hypot(*(rows[:, :2] - state.position).T) - rows[:, 4] - settings.robot.radius
+    return bool((apart < TOUCH + TURNED * np.hypot(*rows[:, 2:4].T)).any())
 
 
 @njit

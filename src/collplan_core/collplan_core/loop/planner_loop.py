@@ -20,6 +20,7 @@ import numpy as np
 from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal
 from collplan_core.deadline import Deadline
 from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
+from collplan_core.learning.drive import DRIVE, Drive, drive_of, with_drive
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
@@ -75,7 +76,8 @@ class PlannerLoop:
         self.refusals = Refusals()
         self.trouble = ""
         self.n_plans = self.n_impacts = self.n_hard_plans = 0
-        self._settings = settings
+        self._settings = self._given = settings
+        self._drive = drive_of(settings.robot) if settings.robot.learning == DRIVE else None
         self._planner = planner_for(settings.planner.strategy)
         self._make_deadline = make_deadline
         self._why_forbidden = why_forbidden
@@ -96,7 +98,7 @@ class PlannerLoop:
         if settings.planner.strategy != self._settings.planner.strategy:
             self._memory = self._known_map
             self._planner = planner_for(settings.planner.strategy)
-        self._settings = settings
+        self._given, self._settings = settings, with_drive(settings, self._drive)
 
     @property
     def state(self) -> State | None:
@@ -144,6 +146,11 @@ class PlannerLoop:
     def take_motion_delay(self, delay: float) -> None:
         """Takes the estimated delay from a command to the measured motion [s]."""
         self._estimated_delay = delay
+
+    def take_drive(self, max_acceleration: float, lag: float, delay: float) -> None:
+        """Takes the drive that the controller uses from now on: [m/s^2], [s], [s]."""
+        self._drive = Drive(max_acceleration, lag, delay)
+        self._settings = with_drive(self._given, self._drive)
 
     def take_manual_command(self) -> None:
         """Takes a person's command, which the robot follows instead of the plan."""
@@ -378,7 +385,7 @@ class PlannerLoop:
     def _decide_on(self, plan: Plan, valid_until: float, local_map: LocalMap) -> None:
         boundaries = None if self._memory is None else self._planner.boundaries(self._memory)
         self._announce(self.goal.planned())
-        held = replace(plan, valid_until=valid_until)
+        held = replace(plan, valid_until=valid_until, drive=self._drive)
         self._decisions.append(Cycle(held, local_map, boundaries))
         if self._reported:
             self._decisions.append(Notice(INFO, "plans again"))

@@ -44,6 +44,7 @@ class Robot(Parameters):
     max_acceleration: float = parameter(1.5, "Largest acceleration the wheels can make (assumed)", unit="m/s^2", low=0.1, high=20.0)
     velocity_lag: float = parameter(0.1, "Time constant of the velocity loop (assumed)", unit="s", low=0.0, high=1.0)
     motion_delay: float = parameter(0.0, "Delay from a pose's stamp until the wheels act on it: motion capture, transport and firmware, without velocity_lag", unit="s", low=0.0, high=0.3)
+    learning: str = parameter("off", "Learn max_acceleration, velocity_lag and motion_delay while driving (drive), beginning with these; controller/drive tells them", choices=("off", "drive"))
     motion_delay_estimated: bool = parameter(False, "Replace motion_delay by the estimate on controller/motion_delay, in steps of 0.025 s, once it is known")
 
     @property

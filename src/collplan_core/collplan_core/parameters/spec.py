@@ -61,6 +61,8 @@ class Spec:
             value = value.item()
         if isinstance(self.default, tuple):
             return self._checked_numbers(value)
+        if value is False and "off" in self.choices:
+            value = "off"  # as YAML reads it
         kind = type(self.default)
         right = type(value) is kind or (kind is float and type(value) is int)
         if not right or (kind is float and not math.isfinite(value)):

@@ -30,6 +30,8 @@ RECORDS: dict[str, type[Any]] = {
 }
 NOTHING = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
 """In the place of a plan's candidates, which are for display alone."""
+LATER = "drive"
+"""Field that journals of earlier versions do not have; left out where it says nothing."""
 _FIELDS = {
     kind: (name, tuple(field.name for field in fields(kind) if field.name != "candidates"))
     for name, kind in RECORDS.items()
@@ -59,7 +61,8 @@ def encode(value: Any, hashed: bool = False) -> Any:
         return encode(value.plan, hashed)
     if type(value) in _FIELDS:
         name, names = _FIELDS[type(value)]
-        return {name: {each: encode(getattr(value, each), hashed) for each in names}}
+        held = {each: getattr(value, each) for each in names}
+        return {name: {each: encode(held[each], hashed) for each in names if each != LATER or held[each] is not None}}
     return _rare(value, hashed)
 
 

@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
@@ -15,6 +15,8 @@ import numpy as np
 
 from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
+from collplan_core.parameters import ParameterError
+from collplan_core.parameters.file import read_parameters, write_values
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.failures import (
@@ -32,6 +34,7 @@ from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.rendezvous import Rendezvous
 from collplan_ros.bringup.robots import prepare_robots
+from collplan_ros.messages.status_values import DRIVE
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
@@ -153,6 +156,8 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str, repe
         say(f"{error}; what was recorded until then is in {folder.recording}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
     result = RunResult(outcome, exit_code, message, folder.path, results.summary)
+    if bringup.options.keep is not None:
+        say(_kept(bringup.options.keep, results.summary.get("drive")))
     try:
         for missing in make_pictures(recorded, results, preparation) if bringup.options.pictures else ():
             say(missing)
@@ -160,6 +165,20 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str, repe
         say(_conclusion(result))
         raise
     return result
+
+
+def _kept(path: Path, drive: Mapping[str, float] | None) -> str:
+    """Writes the drive that was learnt to a parameter file, beside what that holds already; returns a report."""
+    if drive is None:
+        return f"{path}: not written, nothing was learnt"
+    try:
+        held = read_parameters(path) if path.exists() else {}
+        learnt = {f"robot.{name}": float(f"{drive[name]:.4g}") for name in DRIVE}
+        with replacing(path) as unfinished:
+            write_values({**held, **learnt}, unfinished, "Learnt while driving: the last three of the group robot.")
+    except (ParameterError, RecordError, OSError) as error:
+        return f"{path}: not written: {error}"
+    return f"{path}: " + ", ".join(f"{name} {value:g}" for name, value in learnt.items())
 
 
 def _driven(bringup: Bringup) -> tuple[str, int, str]:
@@ -217,6 +236,7 @@ def _conclusion(result: RunResult) -> str:
         end = "driven there and back until Ctrl-C"
     kind = "simulated, " if summary["simulated"] else ""
     machine = f"{summary['machine']}\n" if summary["machine"] else ""
+    machine += f"{summary['drive']['in_words']}\n" if "drive" in summary else ""
     return (
         f"{machine}{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "
         f"{summary['impacts_foreseen']} of them foreseen, {summary['impacts_deliberate']} deliberate)\n"

@@ -193,6 +193,13 @@ class Options:
         type=int,
         metavar="N",
     )
+    keep: Path | None = _option(
+        "--keep",
+        None,
+        "parameter file for the drive that was learnt (robot.learning: drive); what else it holds stays",
+        type=Path,
+        metavar="FILE",
+    )
     again: bool = _option("--again", False, "drive to and fro until Ctrl-C; simulated robots only")
 
     @property

@@ -4,7 +4,7 @@ A message decoded from a recording will do as well as one of rclpy's, and no ROS
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -31,9 +31,10 @@ SOURCE, WITH_MOVER = "source", "with_mover"
 """Fields of impact/contact: number of its source in SOURCES, and whether the obstacle moves."""
 PLAN = ("t", "x", "y", "vx", "vy", "normal_x", "normal_y", "kind")
 """Fields of planner/trajectory: time after the plan's stamp [s], and by `kind` of the point one of the next."""
-ON_PATH, AT_CONTACT, HOLDS = 0, 1, 2
+ON_PATH, AT_CONTACT, HOLDS, DRIVEN = 0, 1, 2, 3
 """The robot's centre and its velocity there; a contact's point, velocity after it and unit normal out of the obstacle;
-how long the plan holds, where nothing else counts."""
+how long the plan holds, where nothing else counts; and of the drive that it was made with, where that is learnt, the
+delay as t, the largest acceleration as x and the lag as y."""
 KINDS = {7: "<f4", 8: "<f8", 2: "|u1"}
 """Types of fields that are used, by their numbers in sensor_msgs/PointField: FLOAT32, FLOAT64 and UINT8."""
 
@@ -96,7 +97,7 @@ def plan_from_message(message: Any, frame: str) -> Plan:
     table = _table(message, frame)
     _check_fields(table, PLAN)
     stamp, kinds = seconds_from_stamp(message.header.stamp), table["kind"]
-    path, touched, ends = (table[kinds == kind] for kind in (ON_PATH, AT_CONTACT, HOLDS))
+    path, touched, ends, driven = (table[kinds == kind] for kind in (ON_PATH, AT_CONTACT, HOLDS, DRIVEN))
     times = rising("points", stamp + path["t"], MessageError)
     positions, velocities = _pairs(path, "x", "y"), _pairs(path, "vx", "vy")
     points, after, normals = (_pairs(touched, *names) for names in (("x", "y"), ("vx", "vy"), ("normal_x", "normal_y")))
@@ -107,7 +108,12 @@ def plan_from_message(message: Any, frame: str) -> Plan:
         raise MessageError("points: got a velocity that is not finite, expected all or none of them to be")
     contacts = Contacts(stamp + touched["t"], points, after, normals)
     until = stamp + float(ends["t"][0]) if len(ends) else None
-    return plan_of_path(stamp, times, positions, None if alone else velocities, until, contacts)
+    plan = plan_of_path(stamp, times, positions, None if alone else velocities, until, contacts)
+    if not len(driven):
+        return plan
+    drive = float(driven["x"][0]), float(driven["y"][0]), float(driven["t"][0])
+    check_finite("points", *drive)
+    return replace(plan, drive=drive)
 
 
 def _pairs(table: np.ndarray, x: str, y: str) -> np.ndarray:

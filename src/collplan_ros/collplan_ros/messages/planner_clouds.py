@@ -17,6 +17,7 @@ from collplan_core.plan import Candidates, Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.messages.cloud_reading import (
     AT_CONTACT,
+    DRIVEN,
     FREE_SPACE,
     FRONTIERS,
     HOLDS,
@@ -50,8 +51,9 @@ _PLAN = np.dtype([*((name, "<f8") for name in PLAN[:-1]), (PLAN[-1], "u1")])
 def plan_to_message(plan: Plan, frame: str) -> PointCloud2:
     """Message of a plan with its contacts; one without an end of validity holds to the end of its path."""
     contacts, n = plan.contacts, len(plan.times)
-    table = np.zeros(n + len(contacts.times) + 1, _PLAN)
-    path, touched = table[:n], table[n:-1]
+    k = n + len(contacts.times)
+    table = np.zeros(k + 1 + (plan.drive is not None), _PLAN)
+    path, touched = table[:n], table[n:k]
     path["t"], path["x"], path["y"] = plan.times - plan.stamp, *plan.positions.T
     path["vx"], path["vy"] = (np.nan, np.nan) if plan.velocities is None else plan.velocities.T
     touched["kind"], touched["t"] = AT_CONTACT, contacts.times - plan.stamp
@@ -59,7 +61,9 @@ def plan_to_message(plan: Plan, frame: str) -> PointCloud2:
     touched["vx"], touched["vy"] = contacts.velocities_after.T
     touched["normal_x"], touched["normal_y"] = contacts.normals.T
     until = plan.times[-1] if plan.valid_until is None else plan.valid_until
-    table["kind"][-1], table["t"][-1] = HOLDS, until - plan.stamp
+    table["kind"][k], table["t"][k] = HOLDS, until - plan.stamp
+    if plan.drive is not None:
+        table["kind"][-1], (table["x"][-1], table["y"][-1], table["t"][-1]) = DRIVEN, plan.drive
     return _cloud(table, plan.stamp, frame)
 
 

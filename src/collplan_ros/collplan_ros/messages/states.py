@@ -1,4 +1,4 @@
-"""The topics goal_status, controller/state and robot/state: what planner, controller and robot are about."""
+"""The topics goal_status, robot/state and controller/: state, drive. What planner, controller and robot are about."""
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -7,8 +7,10 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from collplan_core.command import STOPPED as STANDS
 from collplan_core.control.activity import Activity
 from collplan_core.goal import NO_GOAL, Goal
+from collplan_core.learning.drive import Drive, LearntDrive
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.reading import GOAL_STATUS, seconds_from_stamp
+from collplan_ros.messages.status_values import DRIVE
 
 FREE, HELD, STOPPED = "free", "held", "stopped"
 """It follows commands; it waits for a person; its emergency stop is latched."""
@@ -56,6 +58,20 @@ def activity_to_message(
         name=str(source),
         message=activity.reason,
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
+
+
+def drive_to_message(in_use: Drive, learnt: LearntDrive, belief: Drive, source: str) -> DiagnosticStatus:
+    """Message of the drive in use and what was learnt of it; a warning where it is not what is set, beyond doubt."""
+    unlike = learnt.why_unlike(belief)
+    values: dict[str, float] = {}
+    for name, used, known in zip(DRIVE, in_use, learnt, strict=True):
+        values |= {name: used, f"{name}.learnt": known.value, f"{name}.low": known.low, f"{name}.high": known.high}
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN if unlike else DiagnosticStatus.OK,
+        name=source,
+        message=unlike or str(learnt),
+        values=[KeyValue(key=key, value=repr(float(value))) for key, value in values.items()],
     )
 
 

@@ -4,8 +4,14 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from collplan_ros.messages.reading import MessageError
+
 REAL_TIME_FACTOR = "real_time_factor"
 """Simulated seconds in the last second, of a simulator that publishes /clock."""
+
+DRIVE = ("max_acceleration", "velocity_lag", "motion_delay")
+"""Values of controller/drive that planner and controller use; what was learnt of each, and between which two values it
+is in nine of ten, follows as NAME.learnt, NAME.low and NAME.high."""
 
 
 def values_of(status: Any) -> dict[str, str]:
@@ -20,3 +26,19 @@ def real_time_factor(values: Mapping[str, str]) -> float | None:
     except (KeyError, ValueError):
         return None
     return factor if math.isfinite(factor) else None
+
+
+def drive_figures(status: Any) -> dict[str, float]:
+    """The figures of controller/drive [m/s^2], [s].
+
+    Raises:
+        MessageError: one that planner and controller use is missing, or one is no finite number.
+    """
+    values = values_of(status)
+    try:
+        figures = {name: float(value) for name, value in values.items()}
+    except ValueError as error:
+        raise MessageError(f"values: {error}") from None
+    if not set(DRIVE) <= set(figures) or not all(map(math.isfinite, figures.values())):
+        raise MessageError(f"values: got {values}, expected finite {', '.join(DRIVE)}")
+    return figures

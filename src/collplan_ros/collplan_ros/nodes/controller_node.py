@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty, String
@@ -25,6 +26,7 @@ from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.cloud_reading import plan_from_message
 from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.reading import impact_from_message
 from collplan_ros.messages.states import goal_from_status
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
@@ -40,14 +42,15 @@ from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 from collplan_ros.nodes.teleop_input import TeleopInput
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
-GROUPS = (Robot, LocalMapping, Control, ScanInput, MoverFinding, Limits, Frames, "planner.journal", *MOCAP)
+NOISE = "mocap.position_noise"
+GROUPS = (Robot, LocalMapping, Control, ScanInput, MoverFinding, Limits, Frames, "planner.journal", *MOCAP, NOISE)
 MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_tolerance", "local_map.grazing_angle")
 """The controller follows the boundaries of the local map alone; it does not read sight and set E."""
 LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
 
 
 class ControllerNode(GraphNode):
-    """Takes mocap/*, scan, plan, planner/*, goal_status, hand/cmd_vel; publishes cmd_vel, maneuver and controller/*."""
+    """Takes mocap/*, scan, impact, plan, planner/*, goal_status, hand/cmd_vel; out: cmd_vel, maneuver, controller/*."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -71,6 +74,7 @@ class ControllerNode(GraphNode):
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age, self._local_clock)
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
+        listen.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         listen.listen(PointCloud2, "planner/trajectory", self._on_trajectory, qos.EVENT, EVENT)
         listen.listen(Path, "plan", self._on_path, qos.NEWEST, EVENT, raw=True)
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
@@ -99,6 +103,9 @@ class ControllerNode(GraphNode):
 
     def _on_scan(self, scan: Scan) -> None:
         self._journal.call(self._loop.take_scan, scan, self._local())
+
+    def _on_impact(self, message: Vector3Stamped) -> None:
+        self._journal.call(self._loop.take_impact, *impact_from_message(message, self._settings.frames.map))
 
     def _on_status(self, message: GoalStatus) -> None:
         self._journal.call(self._loop.take_goal, goal_from_status(message))

@@ -12,12 +12,17 @@ from std_msgs.msg import Float64, String
 
 from collplan_core.command import HAND, STOPPED, WITHOUT_REFERENCE, Command, stopped
 from collplan_core.control.activity import Activity, describe
+from collplan_core.learning.drive import Drive, drive_of
 from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.drive_watch import DriveWatch
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import command_to_message, command_type, header
-from collplan_ros.messages.states import activity_to_message
+from collplan_ros.messages.states import activity_to_message, drive_to_message
 from collplan_ros.node_kit.run_node import publish_acknowledged
+
+DRIVE_PERIOD = 1.0
+"""Time between two messages of what was learnt [s]."""
 
 
 class ControlPeriod:
@@ -48,7 +53,7 @@ class ControlPeriod:
 
 
 class ControllerOutputs:
-    """Publishes cmd_vel, maneuver, controller/state, controller/reference and controller/motion_delay.
+    """Publishes cmd_vel, maneuver and controller/: state, reference, motion_delay and drive.
 
     Attributes:
         command: the newest command sent.
@@ -67,6 +72,8 @@ class ControllerOutputs:
         self._reference = node.create_publisher(PointStamped, "controller/reference", qos.EVENT)
         self._motion_delay = node.create_publisher(Float64, "controller/motion_delay", qos.LATCHED)
         self._told_delay = math.nan
+        self._drive = node.create_publisher(DiagnosticStatus, "controller/drive", qos.LATCHED)
+        self._told_drive: tuple[Drive | None, str, float] = (None, "", -math.inf)
         self._maneuver.publish(String(data=self.command.maneuver))
 
     def send(self, command: Command, loop: ControllerLoop, now: float) -> None:
@@ -78,6 +85,7 @@ class ControllerOutputs:
             self._reference.publish(PointStamped(header=head, point=Point(x=x, y=y, z=0.0)))
         self._take(command)
         self._tell_delay(loop.motion.verdict.delay)
+        self._tell_drive(loop.drive, now)
         self._say(loop, now)
 
     def send_last(self, command: Command, now: float) -> None:
@@ -94,6 +102,19 @@ class ControllerOutputs:
         if math.isfinite(delay) and delay != self._told_delay:
             self._motion_delay.publish(Float64(data=delay))
             self._told_delay = delay
+
+    def _tell_drive(self, drive: DriveWatch, now: float) -> None:
+        """Publishes the drive where another one is used, and what was learnt each DRIVE_PERIOD."""
+        in_use, unlike, told = self._told_drive
+        learnt = drive.learnt
+        if drive.in_use is None or learnt is None or (drive.in_use == in_use and 0.0 <= now - told < DRIVE_PERIOD):
+            return
+        message = drive_to_message(drive.in_use, learnt, drive_of(self._settings.robot), self._source)
+        warns = message.message if message.level == DiagnosticStatus.WARN else ""
+        if warns and not unlike:
+            self._log.warning(warns)
+        self._drive.publish(message)
+        self._told_drive = drive.in_use, warns, now
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
         plan, is_to_move = loop.plan, loop.goal_active or bool(loop.override_trouble)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TransformStamped, Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -15,6 +16,7 @@ from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
 from collplan_core.impact import Impact
+from collplan_core.learning.drive import with_drive
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.localised import FrameInMap, moved_impact, moved_state
@@ -33,10 +35,12 @@ from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
 from collplan_ros.messages.planner_clouds import impact_to_cloud
-from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED, TRANSFORMS
+from collplan_ros.messages.qos import EVENT, LATCHED, POSE_LISTENED, POSE_PUBLISHED, TRANSFORMS
+from collplan_ros.messages.status_values import DRIVE, drive_figures
 from collplan_ros.node_kit.clock import described_age, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
+from collplan_ros.node_kit.input_watch import EVENT as AN_EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.localisation import Localisation
@@ -100,6 +104,8 @@ class MocapNode(GraphNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("mocap_node", GROUPS, LIVE, check_odometry, **kwargs)
         self._memory = FRESH
+        self._driving = self._settings
+        self._drive: list[float] | None = None
         self._newest: MeasuredPose | None = None
         self._repeats = 0
         self._longest_gap = 0.0
@@ -120,6 +126,7 @@ class MocapNode(GraphNode):
         self._localisation = Localisation(self._inputs, ours, mocap.frame, self._local) if mocap.localised else None
         self._frame: FrameInMap | None = None
         self._slips_until = -math.inf
+        self._inputs.listen(DiagnosticStatus, "controller/drive", self._take_drive, LATCHED, AN_EVENT)
         self._inputs.listen(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
         warm_up()
         self._begin()
@@ -137,6 +144,15 @@ class MocapNode(GraphNode):
             self._refuse(error.reason, str(error))
             return True
         return measured is not None
+
+    def _take_drive(self, message: DiagnosticStatus) -> None:
+        """Takes what the wheels can do: an impact is what they cannot."""
+        figures = drive_figures(message)
+        self._drive = [figures[name] for name in DRIVE]
+        self._driving = with_drive(self._settings, self._drive)
+
+    def _change(self, settings: Settings) -> None:
+        self._settings, self._driving = settings, with_drive(settings, self._drive)
 
     def _pose_frame(self) -> str:
         return self._settings.mocap.frame or self._settings.frames.map
@@ -162,7 +178,7 @@ class MocapNode(GraphNode):
 
     def _take_sample(self, sample: PoseSample) -> None:
         received, before = self._local(), self._memory
-        result, self._memory = filter_pose(before, sample, received, self._settings)
+        result, self._memory = filter_pose(before, sample, received, self._driving)
         if result.refused:
             self._refuse(result.refused, why_refused(result.refused, sample, before, self._settings, result.speed))
             return

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import Trigger
@@ -44,6 +45,7 @@ from collplan_ros.messages.reading import (
     twist_of,
     velocity_from_twist,
 )
+from collplan_ros.messages.status_values import DRIVE, drive_figures
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import follows_clock
 from collplan_ros.node_kit.diagnostics import Health
@@ -95,6 +97,7 @@ class PlannerNode(GraphNode):
         listen(Empty, "robot/resumed", lambda _: journal.call(loop.forget_scans), qos.EVENT, EVENT)
         listen(command, "cmd_vel", self._on_command, qos.NEWEST, EVENT)
         listen(Float64, "controller/motion_delay", self._on_motion_delay, qos.LATCHED, EVENT)
+        listen(DiagnosticStatus, "controller/drive", self._on_drive, qos.LATCHED, EVENT)
         listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_manual_command), qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._tell = serve_goals(self, self._on_goal, lambda: self._decide(self._loop.cancel), backlog.holds)
@@ -143,6 +146,10 @@ class PlannerNode(GraphNode):
 
     def _on_motion_delay(self, message: Float64) -> None:
         self._journal.call(self._loop.take_motion_delay, message.data)
+
+    def _on_drive(self, message: DiagnosticStatus) -> None:
+        figures = drive_figures(message)
+        self._journal.call(self._loop.take_drive, *(figures[name] for name in DRIVE))
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True

@@ -39,6 +39,7 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "movers": (MarkerArray, NEWEST),
     "impact/contact": (PointCloud2, qos.EVENT),
     "controller/state": (DiagnosticStatus, qos.LATCHED),
+    "controller/drive": (DiagnosticStatus, qos.LATCHED),
     "robot/state": (DiagnosticStatus, qos.LATCHED),
     "/diagnostics": (DiagnosticArray, qos.DIAGNOSTICS_SUBSCRIBED),
 }

@@ -13,6 +13,7 @@ from collplan_core.state import State
 from collplan_ros.messages.cloud_reading import impact_from_cloud, plan_from_message
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import GOAL_STATUS, MessageError, check_finite, twist_of, velocity_from_twist
+from collplan_ros.messages.status_values import drive_figures
 from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentGoal, SentManeuver, SentReference, SentStatus
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
@@ -61,12 +62,14 @@ class LogBuilder:
             "controller/reference": self._take_reference,
             "maneuver": self._take_maneuver,
             "cmd_vel": self._take_command,
+            "controller/drive": self._take_drive,
         }
         self.topics = tuple(self._takers)
 
     def drop(self) -> None:
         """Drops the log so far, so that the memory of a graph that drives to goal after goal does not grow."""
-        self._log = RunLog(pace=self._log.pace)
+        drive, words = self._log.drive, self._log.drive_in_words
+        self._log = RunLog(pace=self._log.pace, drive=drive, drive_in_words=words)
 
     def begin(self, simulated: bool) -> None:
         """Logs messages from now on."""
@@ -174,6 +177,10 @@ class LogBuilder:
         if (vx or vy or wz) and self.time_zero is None and self.newest is not None:
             self.time_zero = self.newest.stamp + self._log.pace * (sent - self.newest.sent)
         self._log.sent_commands.append(SentCommand(sent, float(vx), float(vy), wz))
+
+    def _take_drive(self, message: Any, _: float) -> None:
+        self._log.drive = drive_figures(message)
+        self._log.drive_in_words = message.message.encode(errors="replace").decode()
 
     def _state(self, raw: bytes) -> State:
         return state_from_bytes(raw, self._frames.map, self._frames.base)

@@ -202,6 +202,7 @@ def write_result_files(
         "longest_gap_s": timing.gap,
         "machine": machine_verdict(timing, settings.simulator.speed_factor, settings.limits.command_age),
         **said,
+        **({"drive": {**log.drive, "in_words": log.drive_in_words}} if log.drive else {}),
         "assumed": assumed_constants(settings, log.simulated),
     }
     with replacing(folder / SUMMARY) as path:

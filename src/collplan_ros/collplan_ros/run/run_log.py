@@ -102,6 +102,8 @@ class RunLog:
         goals: goals given.
         statuses: the planner's reports on them.
         reached_sent: send time of the planner's report that the goal is reached; None before.
+        drive: figures of the drive in use and what was learnt of it, newest; empty where nothing was.
+        drive_in_words: the same for people.
         pace: seconds of stamps per second of the clock of `sent`; 0 where that varies.
     """
 
@@ -117,6 +119,8 @@ class RunLog:
     goals: list[SentGoal] = field(default_factory=list)
     statuses: list[SentStatus] = field(default_factory=list)
     reached_sent: float | None = None
+    drive: dict[str, float] = field(default_factory=dict)
+    drive_in_words: str = ""
     pace: float = 1.0
 
     @property

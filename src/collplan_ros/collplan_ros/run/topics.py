@@ -52,6 +52,7 @@ LATCHED: dict[str, type] = {
     "maneuver": String,
     "controller/state": DiagnosticStatus,
     "controller/motion_delay": Float64,
+    "controller/drive": DiagnosticStatus,
     "robot/state": DiagnosticStatus,
     "shared_constants": DiagnosticStatus,
     "/diagnostics": DiagnosticArray,

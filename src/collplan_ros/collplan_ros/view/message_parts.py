@@ -67,6 +67,11 @@ def doing_parts(message: Any) -> Parts:
     yield "doing", told | {"warn": _level(message) >= WARN}
 
 
+def drive_parts(message: Any) -> Parts:
+    """Yields the parts of a frame made from controller/drive."""
+    yield "drive", {"message": str(message.message), "warn": _level(message) >= WARN}
+
+
 def hold_parts(message: Any) -> Parts:
     """Yields the parts of a frame made from robot/state."""
     yield "hold", {"state": values_of(message).get("state", ""), "message": str(message.message)}

@@ -29,7 +29,7 @@ export class Panels {
   write() {
     if (this.scene.version === this.version) return;
     this.version = this.scene.version;
-    const { about, doing, hold, goal, costs, nodes, counts, machine } = this.scene.parts;
+    const { about, doing, hold, goal, costs, nodes, counts, machine, drive } = this.scene.parts;
     this.writeAbout(about, costs, machine);
     byId("maneuver").textContent = (doing?.maneuver || "no controller").replaceAll("_", " ");
     byId("goal_status").textContent = goal && goal.status !== "none" ? `· goal ${goal.status}` : "· no goal";
@@ -40,6 +40,9 @@ export class Panels {
     byId("hold").textContent = held ? hold.message : "";
     byId("machine").hidden = !machine?.verdict;
     byId("machine").textContent = machine?.verdict ?? "";
+    byId("learnt").hidden = !drive;
+    byId("learnt").textContent = drive?.message ?? "";
+    byId("learnt").classList.toggle("warning", Boolean(drive?.warn));
     byId("counts").textContent = counted(counts ?? {});
     this.writeNodes(nodes ?? []);
   }

@@ -1,0 +1,1 @@
+"""The drive of the robot, learnt from commands and poses while it drives."""

@@ -1,0 +1,90 @@
+"""What is believed of the drive, and what motion tells about it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from collplan_core.parameters import Robot, Settings
+
+OFF, DRIVE = "off", "drive"
+"""Values of robot.learning."""
+STEPS, DELAY_STEP = (0.01, 0.02), 0.005
+"""Shares by which largest acceleration and lag must move until others are used, and steps of the delay in use [s]."""
+HIDDEN, SEEN = 0.04, 0.08
+"""Largest acceleration times lag: below the first, errors of the wheels hide the lag, and the belief holds; above the
+second they do not [m/s]."""
+UNLIKE = 0.1
+"""Share by which the drive must differ from what is set, beside what is uncertain, until a person is told."""
+
+
+class Drive(NamedTuple):
+    """The constants of the velocity law that planner and controller use.
+
+    Attributes:
+        max_acceleration: [m/s^2]; lag: [s].
+        delay: from a pose's stamp to the wheels [s].
+    """
+
+    max_acceleration: float
+    lag: float
+    delay: float
+
+
+class Learnt(NamedTuple):
+    """One constant as motion tells it: its median, and the ends between which it is in nine of ten.
+
+    `known` is the share that this counts beside the belief: 0 as long as motion tells nothing, up to 1.
+    """
+
+    value: float
+    low: float
+    high: float
+    known: float
+
+
+class LearntDrive(NamedTuple):
+    """The drive as motion tells it: largest acceleration [m/s^2], lag [s] and delay [s]."""
+
+    max_acceleration: Learnt
+    lag: Learnt
+    delay: Learnt
+
+    def __str__(self) -> str:
+        """In words, with intervals."""
+        words = zip(("{:.2f} m/s^2", "lag {:.2f} s", "delay {:.2f} s"), self, strict=True)
+        told = (f"{form.format(each.value)} ({each.low:.2f} to {each.high:.2f})" for form, each in words)
+        return f"drives like {', '.join(told)}"
+
+    def why_unlike(self, belief: Drive) -> str:
+        """How the robot accelerates otherwise than it is believed to, beyond doubt; "" where it may be as believed."""
+        told, (value, low, high, _) = belief.max_acceleration, self.max_acceleration
+        if low / (1.0 + UNLIKE) <= told <= high * (1.0 + UNLIKE):
+            return ""
+        return f"drives like {value:.2f} m/s^2, set to {told:g}"
+
+
+def drive_of(robot: Robot) -> Drive:
+    """The drive that the parameters tell."""
+    return Drive(robot.max_acceleration, robot.velocity_lag, robot.motion_delay)
+
+
+def with_drive(settings: Settings, drive: Sequence[float] | None) -> Settings:
+    """The settings of a robot that drives so; as they are without a drive."""
+    if drive is None or tuple(drive) == drive_of(settings.robot):
+        return settings
+    acceleration, lag, delay = drive
+    robot = replace(settings.robot, max_acceleration=acceleration, velocity_lag=lag, motion_delay=delay)
+    return replace(settings, robot=robot)
+
+
+def drive_in_use(belief: Drive, learnt: LearntDrive, before: Drive) -> Drive:
+    """The drive to use: from the belief to the medians, as more is known; that of before where it hardly moves."""
+    acceleration, lag, delay = learnt
+    seen = min(max((acceleration.value * lag.value - HIDDEN) / (SEEN - HIDDEN), 0.0), 1.0)
+    pulls = acceleration.known, lag.known * seen
+    pairs = zip(belief[:2], (acceleration.value, lag.value), pulls, strict=True)
+    now = [told ** (1.0 - pull) * value**pull if pull > 0.0 else told for told, value, pull in pairs]
+    steps = round(delay.known * (delay.value - belief.delay) / DELAY_STEP)
+    moved = (abs(new - old) > step * old for new, old, step in zip(now, before[:2], STEPS, strict=True))
+    used = Drive(now[0], now[1], max(belief.delay + DELAY_STEP * steps, 0.0))
+    return used if any(moved) or used.delay != before.delay else before

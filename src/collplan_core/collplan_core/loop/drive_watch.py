@@ -1,0 +1,79 @@
+"""The drive learnt in the controller: which poses count, and which drive planner and controller use."""
+
+import math
+
+import numpy as np
+
+from collplan_core.command import STOPPED, Command
+from collplan_core.control.motion_monitor import REVERSED, SLIP, STUCK
+from collplan_core.learning.drive import DRIVE, Drive, LearntDrive, drive_in_use, drive_of
+from collplan_core.learning.drive_learner import DriveLearner
+from collplan_core.parameters import Settings
+from collplan_core.state import State
+
+AROUND = 0.06
+"""Poses so near in time to a command that the wheels may not follow are left out [s]: it is longer than a period."""
+GRABBED = 0.2
+"""Time before a refused pose in which a hand may have held the robot [s]."""
+NEARBY = 0.15
+"""Distance of the ring from a surface seen within which a robot that has hit it is when that is reported [m]."""
+SURE = 0.45
+"""A change of velocity that no surface nearby explains is an impact from here on [m/s]: an impact is found where the
+drive that is set cannot make the change, and this one may."""
+
+
+class DriveWatch:
+    """Takes poses, impacts and commands; without `robot.learning` it does nothing.
+
+    Attributes:
+        in_use: the drive that planner and controller use; None is that of the parameters.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        """Begins with the drive that the parameters tell."""
+        learns = settings.robot.learning == DRIVE
+        self.in_use: Drive | None = drive_of(settings.robot) if learns else None
+        self._learner = DriveLearner(drive_of(settings.robot), settings.mocap.position_noise) if learns else None
+        self._newest = -math.inf
+
+    @property
+    def learnt(self) -> LearntDrive | None:
+        """What motion tells; None where nothing is learnt."""
+        return None if self._learner is None else self._learner.learnt
+
+    def take_pose(self, state: State, joins: bool, pushed: bool) -> None:
+        """Takes a pose: whether it joins the one before, and whether something else than the wheels may push."""
+        self._newest = state.stamp
+        if self._learner is None:
+            return
+        if not joins:
+            self._learner.begin_anew()
+        if not pushed:
+            x, y = state.position.tolist()
+            self._learner.take_pose((state.stamp, x, y, state.yaw))
+
+    def refuse_pose(self) -> None:
+        """Takes a pose that cannot be used, as where a hand lifts the robot."""
+        if self._learner is not None:
+            self._learner.exclude(self._newest - GRABBED, self._newest + AROUND)
+
+    def take_impact(self, stamp: float, change: np.ndarray, nearby: bool) -> None:
+        """Takes an impact at `stamp` [s], its change of velocity (2,) [m/s], and whether a surface seen is near."""
+        if self._learner is not None and (nearby or float(np.hypot(*change)) > SURE):
+            self._learner.take_impact(stamp)
+
+    def commanded(self, command: Command, now: float | None, kind: str, robot_stands: str) -> bool:
+        """Takes a command that is sent now [s, poses' clock]; returns whether another drive is used from now on.
+
+        Args:
+            kind: the newest verdict on the motion.
+            robot_stands: why the robot does not follow commands; "" where it does.
+        """
+        if self._learner is None or now is None:
+            return False
+        self._learner.take_command(command.velocity, now)
+        if robot_stands or command.maneuver == STOPPED or kind in (STUCK, SLIP, REVERSED):
+            self._learner.exclude(now - AROUND, now + AROUND)
+        before = self.in_use or self._learner.belief
+        self.in_use = drive_in_use(self._learner.belief, self._learner.learnt, before)
+        return self.in_use != before

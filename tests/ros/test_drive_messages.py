@@ -1,0 +1,59 @@
+"""The learnt drive in messages: every number comes through bit for bit, as planner and controller must not differ."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from hypothesis import given
+from hypothesis import strategies as st
+
+from collplan_core.learning.drive import Drive, Learnt, LearntDrive
+from collplan_core.plan import timed_path
+from collplan_core.replay.values import decode, encode
+from collplan_ros.messages.cloud_reading import plan_from_message
+from collplan_ros.messages.planner_clouds import plan_to_message
+from collplan_ros.messages.reading import MessageError
+from collplan_ros.messages.states import drive_to_message
+from collplan_ros.messages.status_values import DRIVE, drive_figures
+
+DRIVES = st.builds(Drive, st.floats(0.1, 20.0), st.floats(0.0, 1.0), st.floats(0.0, 0.3))
+BELIEF = Drive(1.5, 0.1, 0.0)
+LEARNT = LearntDrive(Learnt(0.74, 0.73, 0.75, 1.0), Learnt(0.2, 0.17, 0.24, 1.0), Learnt(0.0, 0.0, 0.01, 1.0))
+PLAN = timed_path(1.0, [1.0, 2.0], [[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 0.0]], valid_until=1.5)
+
+
+@given(drive=DRIVES)
+def test_a_plan_and_a_message_carry_the_drive_as_it_is(drive):
+    sent = plan_from_message(plan_to_message(replace(PLAN, drive=drive), "map"), "map")
+    assert (sent.drive, sent.valid_until, sent.times.tolist()) == (drive, 1.5, [1.0, 2.0])
+    figures = drive_figures(drive_to_message(drive, LEARNT, BELIEF, "/controller_node"))
+    assert tuple(figures[name] for name in DRIVE) == drive
+    assert tuple(decode(encode(replace(PLAN, drive=drive))).drive) == drive
+
+
+def test_a_plan_without_one_is_as_before():
+    assert plan_from_message(plan_to_message(PLAN, "map"), "map").drive is None
+    assert "drive" not in encode(PLAN)["plan"]
+
+
+def test_a_drive_that_is_not_what_is_set_is_a_warning():
+    warned, fine = (drive_to_message(BELIEF, LEARNT, belief, "/c") for belief in (BELIEF, Drive(0.75, 0.2, 0.0)))
+    assert (warned.level, warned.message) == (DiagnosticStatus.WARN, "drives like 0.74 m/s^2, set to 1.5")
+    assert fine.level == DiagnosticStatus.OK
+    assert fine.message.startswith("drives like 0.74 m/s^2 (0.73 to 0.75), lag 0.20 s")
+
+
+@pytest.mark.parametrize(
+    "values", [{}, {"max_acceleration": "1.5"}, dict.fromkeys(DRIVE, "nan"), dict.fromkeys(DRIVE, "x")]
+)
+def test_figures_that_are_none_are_refused(values):
+    message = DiagnosticStatus(values=[KeyValue(key=key, value=value) for key, value in values.items()])
+    with pytest.raises(MessageError):
+        drive_figures(message)
+
+
+def test_a_drive_that_is_not_finite_is_refused():
+    message = plan_to_message(replace(PLAN, drive=(np.nan, 0.1, 0.0)), "map")
+    with pytest.raises(MessageError):
+        plan_from_message(message, "map")

@@ -1,0 +1,60 @@
+"""Trials of a robot that learns its drive: planner and controller use it, and a replay repeats it to the last bit."""
+
+import pytest
+
+from collplan_core.learning.drive import drive_of
+from collplan_core.parameters import Settings
+from collplan_core.replay.comparison import compare
+from collplan_core.replay.journal import CONTROLLER, PLANNER
+from collplan_core.replay.reading import events_of, rows_of
+from collplan_core.worlds import load_world
+from omnipuck_sim.trial import TrialNodes, run_trial
+
+LEARNS = {"robot.learning": "drive"}
+FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
+
+
+def driven(journal=None, seed=1, world="serpentine:2", **values):
+    """The result of a trial, its two loops, and the drives of all plans."""
+    made, plans = [], []
+
+    class Kept(TrialNodes):
+        def __init__(self, *given):
+            super().__init__(*given)
+            made.append(self)
+
+        def _hear(self, decision, local):
+            super()._hear(decision, local)
+            if hasattr(decision, "plan"):
+                plans.append(decision.plan.drive)
+
+    chosen = {"planner.strategy": "bounce", "trial.timeout": 8.0, **FEW, **values}
+    settings = Settings().with_values({key.replace("__", "."): value for key, value in chosen.items()})
+    result = run_trial(load_world(world), settings, seed, journal=journal, nodes_class=Kept)
+    return result, made[0].loop, plans
+
+
+def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path):
+    path = tmp_path / "trial.jsonl"
+    _, loop, plans = driven(path, simulator__mass_ratio=2.0, **LEARNS)
+    in_use, learnt = loop.controller.drive.in_use, loop.controller.drive.learnt
+    assert in_use.max_acceleration == pytest.approx(0.75, rel=0.05)
+    assert learnt.max_acceleration.low < 0.75 < learnt.max_acceleration.high
+    assert (plans[0], plans[-1]) == (drive_of(Settings().robot), in_use)
+    assert drive_of(loop.settings.robot) == in_use
+    lines = path.read_text().splitlines()
+    for of in (PLANNER, CONTROLLER):
+        (found,) = compare(of, events_of(rows_of(lines, "trial.jsonl"), of))
+        assert found.end is None, found.end
+        assert found.calls > 100
+
+
+def test_a_right_belief_is_kept():
+    _, loop, _ = driven(**LEARNS)
+    assert loop.controller.drive.in_use.max_acceleration == pytest.approx(1.5, rel=0.05)
+    assert loop.controller.drive.in_use.delay == 0.0
+
+
+def test_without_learning_nothing_is_learnt_and_plans_carry_no_drive():
+    _, loop, plans = driven()
+    assert (loop.controller.drive.in_use, loop.controller.drive.learnt, set(plans)) == (None, None, {None})
