@@ -161,7 +161,7 @@ def row_of(case: Case) -> dict[str, Any]:
     """The row of a run."""
     setup, index = SETUPS[case.setup], case.number
     believed = case.settings(setup.drive if case.mode == TOLD else RIGHT)
-    learning = {"robot.learning": case.mode if case.mode == OFF else DRIVE}
+    learning = {"robot.learning": DRIVE if case.mode == ON else OFF}
     runs.clear()
     nodes = type("LegsOfCase", (Legs,), {"case": case})
     world = load_world(f"{case.family}:{FIRST_WORLD + index}")
