@@ -36,8 +36,8 @@ from omnipuck_sim.trial import TrialJournals, TrialNodes, run_trial
 LEGS, SETTLED = 6, 2
 """Legs of a run, and those after which the drive counts as learnt."""
 FAMILIES = ("serpentine", "u")
-FIRST_WORLD, FIRST_SEED = 788100, 1000
-"""Nothing was tuned on these."""
+FIRST_WORLD, FIRST_SEED, DRAW = 789100, 1000, 56
+"""Worlds, noise and drawn robots; nothing was tuned on these."""
 OFF, ON, TOLD = MODES = ("off", "on", "told")
 SHIPPED = {key: value for key, (value,) in parse_axes(SPREADS).items()} | {"trial.timeout": 120.0}
 RIGHT, DOUBLED = Drive(1.5, 0.1, 0.0), Drive(0.75, 0.2, 0.0)
@@ -54,7 +54,7 @@ class Setup(NamedTuple):
 
 def drawn(count: int = 20) -> dict[str, Setup]:
     """Robots that nobody measured."""
-    random, setups = np.random.default_rng(55), {}
+    random, setups = np.random.default_rng(DRAW), {}
     for k in range(count):
         logs = random.uniform(np.log([0.5, 0.03]), np.log([4.0, 0.3]))
         setups[f"drawn {k}"] = Setup(Drive(*np.exp(logs).round(3).tolist(), round(random.uniform(0.0, 0.06), 3)))
