@@ -32,6 +32,9 @@ SPREADS = (0.45, 0.8, 0.03)
 """Standard deviations of the prior: of the logarithms of largest acceleration and lag, and of the delay [s]."""
 WIDER, LEAST = (1.8, 3.5, 2.0), (0.01, 0.02, 0.002)
 """Factors on the deviations of the three, as errors of the wheels last; and what these are at least before that."""
+DOUBT = 1.5
+"""Factor on the deviations where the belief is left for what was learnt. To wait until the wide interval is narrow costs
+more than the error of the median, which the belief already draws to itself."""
 ACCELERATIONS, LAGS, DELAYS = (0.25, 3.0, 24), (0.25, 5.0, 12), (0.0, 0.09, 4)
 """First and last node and their number: factors of the belief, and delays after the earliest that may be [s]."""
 INTERVAL = 1.645
@@ -175,9 +178,10 @@ class DriveLearner:
         for k, (nodes, others) in enumerate(zip(self._nodes, ((0, 2), (0, 1), (1, 2)), strict=True)):
             middle, deviation = _peak(nodes, chances.sum(axis=others))
             wide = max(deviation, LEAST[k]) * WIDER[k]
+            known = max(0.0, 1.0 - (DOUBT * deviation / SPREADS[k]) ** 2)
             ends = middle + INTERVAL * wide * np.array([0.0, -1.0, 1.0])
             value, low, high = (np.exp(ends) if k < 2 else ends.clip(0.0)).tolist()
-            found.append(Learnt(value, low, high, max(0.0, 1.0 - (wide / SPREADS[k]) ** 4)))
+            found.append(Learnt(value, low, high, known))
         return LearntDrive(*found)
 
 
