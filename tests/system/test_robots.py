@@ -111,6 +111,7 @@ def test_the_page_of_one_shows_the_other_as_what_moves(crossed):
         (["--robot", "emulator"], "--robots: got --robot emulator, expected simulated robots"),
         (["--check"], "--robots: got --check, expected simulated robots"),
         (["--namespace", "lab"], "--robots: got --namespace /lab, expected none"),
+        (["--keep", "lab.yaml"], "--keep: got lab.yaml, expected none with --robots"),
         (["--engine", "mujoco"], "simulator.engine: got mujoco, expected pymunk with --robots"),
         (["--goal", "0.5", "0.7"], "--robots: start and goal are 0.10 m apart, expected 3 radii"),
     ],

@@ -33,8 +33,8 @@ SPREADS = (0.45, 0.8, 0.03)
 WIDER, LEAST = (1.8, 3.5, 2.0), (0.01, 0.02, 0.002)
 """Factors on the deviations of the three, as errors of the wheels last; and what these are at least before that."""
 DOUBT = 1.5
-"""Factor on the deviations where the belief is left for what was learnt. To wait until the wide interval is narrow costs
-more than the error of the median, which the belief already draws to itself."""
+"""Factor on the deviations where the belief is left for what was learnt. Waiting until the wide interval is narrow
+would cost more than the error of the median, which the belief already draws to itself."""
 ACCELERATIONS, LAGS, DELAYS = (0.25, 3.0, 24), (0.25, 5.0, 12), (0.0, 0.09, 4)
 """First and last node and their number: factors of the belief, and delays after the earliest that may be [s]."""
 INTERVAL = 1.645
