@@ -1,4 +1,4 @@
-"""What learning the drive is worth: legs to and fro, with a robot that is not as it is believed to be.
+"""Study of learning the drive: legs to and fro, with a robot that is not as it is believed to be.
 
     .venv/bin/python studies/learning.py --worlds 2 --setups doubled right
     .venv/bin/python studies/learning.py --worlds 24 --jobs 2
@@ -76,6 +76,7 @@ SETUPS = {
     "late": Setup(DOUBLED._replace(delay=0.06)),
     **drawn(),
 }
+SETUPS_IN_ORDER = list(SETUPS)
 
 
 class Case(NamedTuple):
@@ -149,7 +150,7 @@ class Legs(TrialNodes):
 
     @property
     def held(self) -> str:
-        """Why the robot is held; "" where it is not."""
+        """Reason why the robot is held; "" where it is not."""
         return self.loop.controller.held
 
 
@@ -242,9 +243,6 @@ def cases(setups: Sequence[str], worlds: int, engine: str) -> Iterator[Case]:
         for k, family, mode in product(numbers, FAMILIES, MODES):
             if mode != TOLD or SETUPS[name].drive != RIGHT:
                 yield Case(name, family, k, mode, engine)
-
-
-SETUPS_IN_ORDER = list(SETUPS)
 
 
 def main(args: Sequence[str] | None = None) -> int:

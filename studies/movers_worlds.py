@@ -32,7 +32,7 @@ OFTEN = 0.5
 AT_LAST = 1000.0
 """A time when all movers stay [s]: there must be one then."""
 PASSING, STAYING = (0.10, 0.10), (ROOM, 0.15)
-"""What a way keeps from obstacles and from movers, while they walk and when they stay [m]."""
+"""Distances of a way from obstacles and from movers, while these walk and when they stay [m]."""
 BESIDE = 0.1
 """Distance from start and goal that counts as there [m]."""
 ASIDE = 0.45
@@ -150,7 +150,7 @@ def _is_passable(world: World) -> bool:
 
 
 def _is_open(world: World, time: float, room: tuple[float, float]) -> bool:
-    """Whether there is a way to the goal with so much room from obstacles and from movers, where they then are [m]."""
+    """Returns whether a way leads to the goal, with this `room` to obstacles and to the movers of that time [m]."""
     discs = [shapely.Point(place_at(mover, time)).buffer(mover.radius + room[1]) for mover in world.movers]
     parts = shapely.get_parts(free_space(world, room[0]).difference(shapely.union_all(discs)))
     ends = shapely.points([world.start, world.goal])

@@ -41,7 +41,7 @@ def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path):
     assert in_use.max_acceleration == pytest.approx(0.75, rel=0.05)
     assert learnt.max_acceleration.low < 0.75 < learnt.max_acceleration.high
     assert (plans[0], plans[-1]) == (drive_of(Settings().robot), in_use)
-    assert drive_of(loop.settings.robot) == in_use
+    assert drive_of(loop.controller.settings.robot) == in_use
     lines = path.read_text().splitlines()
     for of in (PLANNER, CONTROLLER):
         (found,) = compare(of, events_of(rows_of(lines, "trial.jsonl"), of))

@@ -117,7 +117,7 @@ class TrialNodes:
 
     def filtered(self, sample: PoseSample) -> pose_filter.FilterResult:
         now = self.simulator.time
-        settings = self.loop.settings
+        settings = self.loop.controller.settings
         result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, settings)
         return result
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.plane import rotate
 
 WHEEL_ERROR, ERROR_TIME = 0.067, 0.06
 """Standard deviation of the wheels' error by axis [m/s], and the time for which it holds [s] (assumed)."""
@@ -48,11 +49,11 @@ def foresee(bank: Bank, commands: np.ndarray, begin: float, end: float, yaw: flo
         commands: (k, 3) when each was sent [s] and its velocity [m/s, body frame]; rest before these.
         yaw: heading of the body [rad].
     """
-    c, s, dt, m, room = math.cos(yaw), math.sin(yaw), end - begin, 0, np.zeros((8, 2))
+    dt, m, room = end - begin, 0, np.zeros((8, 2))
     shares = 1.0 - np.exp(-dt / bank.lags)
     for delay in bank.delays:
         x, y = _mean_command(commands, begin - delay, end - delay)
-        u = c * x - s * y, s * x + c * y
+        u = rotate(x, y, yaw)
         for a_max in bank.accelerations:
             for share in shares:
                 _advance(bank.means[m], bank.covariances[m], a_max, share, u, dt, room)
@@ -165,7 +166,7 @@ def learn(bank: Bank, kept: float, worth: float, most: float, deepest: float) ->
             off.
     """
     scores, prior, told = bank.scores, bank.prior, bank.told
-    top, best, k, n = told.max(), 0, len(bank.lags), len(bank.accelerations)
+    top, k, n = told.max(), len(bank.lags), len(bank.accelerations)
     for m in range(len(scores)):
         scores[m] = prior[m] + kept * (scores[m] - prior[m]) + worth * max(told[m] - top, -most)
     best = int(scores.argmax())

@@ -1,4 +1,4 @@
-"""What is believed of the drive, and what motion tells about it."""
+"""The drive of the robot: the one believed, the one learnt, and the one in use between them."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -56,7 +56,7 @@ class LearntDrive(NamedTuple):
         return f"drives like {', '.join(told)}"
 
     def why_unlike(self, belief: Drive) -> str:
-        """How the robot accelerates otherwise than it is believed to, beyond doubt; "" where it may be as believed."""
+        """Names an acceleration that differs beyond doubt from the one believed; "" where none does."""
         told, (value, low, high, _) = belief.max_acceleration, self.max_acceleration
         if low / (1.0 + UNLIKE) <= told <= high * (1.0 + UNLIKE):
             return ""

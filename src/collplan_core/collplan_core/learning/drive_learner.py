@@ -172,7 +172,7 @@ class DriveLearner:
 
     @property
     def learnt(self) -> LearntDrive:
-        """What the poses so far tell."""
+        """Drive that the poses so far show, with intervals."""
         chances = np.exp(self._bank.scores).reshape(self._shape)
         found = []
         for k, (nodes, others) in enumerate(zip(self._nodes, ((0, 2), (0, 1), (1, 2)), strict=True)):

@@ -9,7 +9,7 @@ import numpy as np
 from collplan_core.command import Command
 from collplan_core.deadline import Deadline, never
 from collplan_core.goal import Goal
-from collplan_core.learning.drive import Drive, with_drive
+from collplan_core.learning.drive import Drive
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.loop.planner_loop import PlannerLoop
@@ -29,7 +29,6 @@ class ClosedLoop:
     Attributes:
         planner, controller: the loops.
         planning_time: wall time of the planner's newest decisions [s].
-        settings: those in use, with the drive that was learnt.
     """
 
     def __init__(
@@ -54,7 +53,7 @@ class ClosedLoop:
         self.planner = PlannerLoop(settings, planner.count_checks(make_deadline), known_map, sensed=sensed)
         self.controller = ControllerLoop(settings, sensed=sensed)
         self.planning_time = 0.0
-        self.settings, self._given, self._heard = settings, settings, heard
+        self._settings, self._heard = settings, heard
         self._drive: Drive | None = self.controller.drive.in_use
         self._to_planner, self._to_controller = planner.call, controller.call
 
@@ -93,9 +92,9 @@ class ClosedLoop:
         self._to_planner(self.planner.take_command, command.velocity, local)
         drive = self.controller.drive.in_use
         if drive is not None and drive != self._drive:
-            self._drive, self.settings = drive, with_drive(self._given, drive)
+            self._drive = drive
             self._to_planner(self.planner.take_drive, *drive)
-        if self._given.robot.motion_delay_estimated:
+        if self._settings.robot.motion_delay_estimated:
             self._to_planner(self.planner.take_motion_delay, self.controller.motion.verdict.delay)
         return command
 

@@ -98,6 +98,11 @@ class ControllerLoop:
         self._given, self._settings = settings, with_drive(settings, self.drive.in_use)
 
     @property
+    def settings(self) -> Settings:
+        """The settings in use, with the drive that was learnt."""
+        return self._settings
+
+    @property
     def goal_active(self) -> bool:
         """True where there is a goal that the robot is to drive to."""
         return self.goal is not None and self.goal.active

@@ -27,6 +27,7 @@ class DriveWatch:
 
     Attributes:
         in_use: the drive that planner and controller use; None is that of the parameters.
+        learnt: the drive learnt up to the newest command; None where nothing is learnt.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -34,12 +35,8 @@ class DriveWatch:
         learns = settings.robot.learning == DRIVE
         self.in_use: Drive | None = drive_of(settings.robot) if learns else None
         self._learner = DriveLearner(drive_of(settings.robot), settings.mocap.position_noise) if learns else None
+        self.learnt: LearntDrive | None = None if self._learner is None else self._learner.learnt
         self._newest = -math.inf
-
-    @property
-    def learnt(self) -> LearntDrive | None:
-        """What motion tells; None where nothing is learnt."""
-        return None if self._learner is None else self._learner.learnt
 
     def take_pose(self, state: State, joins: bool, pushed: bool) -> None:
         """Takes a pose: whether it joins the one before, and whether something else than the wheels may push."""
@@ -75,5 +72,6 @@ class DriveWatch:
         if robot_stands or command.maneuver == STOPPED or kind in (STUCK, SLIP, REVERSED):
             self._learner.exclude(now - AROUND, now + AROUND)
         before = self.in_use or self._learner.belief
-        self.in_use = drive_in_use(self._learner.belief, self._learner.learnt, before)
+        self.learnt = self._learner.learnt
+        self.in_use = drive_in_use(self._learner.belief, self.learnt, before)
         return self.in_use != before

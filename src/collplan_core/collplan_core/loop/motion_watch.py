@@ -107,6 +107,8 @@ class MotionWatch:
 
 def _is_beside(movers: Movers, state: State, settings: Settings) -> bool:
     """Returns whether a mover may touch the robot: it is in no surface, and may have turned since it was seen."""
+    if len(movers) == 0:
+        return False
     rows = movers.rows_at(state.stamp)
     apart = np.hypot(*(rows[:, :2] - state.position).T) - rows[:, 4] - settings.robot.radius
     return bool((apart < TOUCH + TURNED * np.hypot(*rows[:, 2:4].T)).any())

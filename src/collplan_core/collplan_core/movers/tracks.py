@@ -73,7 +73,7 @@ class Track:
 
     @property
     def has_walked(self) -> bool:
-        """Whether the mover is away from where it was seen first."""
+        """True once the mover is away from its first place."""
         return float(np.hypot(*(self.centers[-1] - self.first))) > WALKED
 
     @property

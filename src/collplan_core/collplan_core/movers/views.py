@@ -93,7 +93,7 @@ def _is_near_edge(view: View, i: int, x: float, y: float, distance: float) -> bo
 
 @njit
 def _beams_around(view: View, away: float, distance: float) -> int:
-    """How many beams to each side go within a distance of a point that is so far away [m]."""
+    """Number of beams to each side within a distance of a point, which is so far `away` [m]."""
     n = len(view.hits)
     return n // 2 if distance >= away else min(n // 2, int(math.asin(distance / away) / view.step) + 2)
 

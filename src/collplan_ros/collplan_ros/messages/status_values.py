@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from collplan_core.learning.drive import Drive
 from collplan_ros.messages.reading import MessageError
 
 REAL_TIME_FACTOR = "real_time_factor"
@@ -26,6 +27,12 @@ def real_time_factor(values: Mapping[str, str]) -> float | None:
     except (KeyError, ValueError):
         return None
     return factor if math.isfinite(factor) else None
+
+
+def drive_from_message(status: Any) -> Drive:
+    """The drive in use of controller/drive. Raises MessageError as `drive_figures`."""
+    figures = drive_figures(status)
+    return Drive(*(figures[name] for name in DRIVE))
 
 
 def drive_figures(status: Any) -> dict[str, float]:

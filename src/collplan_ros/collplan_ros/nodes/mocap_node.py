@@ -16,7 +16,7 @@ from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
 from collplan_core.impact import Impact
-from collplan_core.learning.drive import with_drive
+from collplan_core.learning.drive import Drive, with_drive
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.localised import FrameInMap, moved_impact, moved_state
@@ -36,7 +36,7 @@ from collplan_ros.messages.conversions import impact_to_message, state_to_odomet
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
 from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, LATCHED, POSE_LISTENED, POSE_PUBLISHED, TRANSFORMS
-from collplan_ros.messages.status_values import DRIVE, drive_figures
+from collplan_ros.messages.status_values import drive_from_message
 from collplan_ros.node_kit.clock import described_age, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
@@ -105,7 +105,7 @@ class MocapNode(GraphNode):
         super().__init__("mocap_node", GROUPS, LIVE, check_odometry, **kwargs)
         self._memory = FRESH
         self._driving = self._settings
-        self._drive: list[float] | None = None
+        self._drive: Drive | None = None
         self._newest: MeasuredPose | None = None
         self._repeats = 0
         self._longest_gap = 0.0
@@ -147,8 +147,7 @@ class MocapNode(GraphNode):
 
     def _take_drive(self, message: DiagnosticStatus) -> None:
         """Takes what the wheels can do: an impact is what they cannot."""
-        figures = drive_figures(message)
-        self._drive = [figures[name] for name in DRIVE]
+        self._drive = drive_from_message(message)
         self._driving = with_drive(self._settings, self._drive)
 
     def _change(self, settings: Settings) -> None:

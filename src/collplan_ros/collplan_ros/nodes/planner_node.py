@@ -45,7 +45,7 @@ from collplan_ros.messages.reading import (
     twist_of,
     velocity_from_twist,
 )
-from collplan_ros.messages.status_values import DRIVE, drive_figures
+from collplan_ros.messages.status_values import drive_from_message
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import follows_clock
 from collplan_ros.node_kit.diagnostics import Health
@@ -148,8 +148,7 @@ class PlannerNode(GraphNode):
         self._journal.call(self._loop.take_motion_delay, message.data)
 
     def _on_drive(self, message: DiagnosticStatus) -> None:
-        figures = drive_figures(message)
-        self._journal.call(self._loop.take_drive, *(figures[name] for name in DRIVE))
+        self._journal.call(self._loop.take_drive, *drive_from_message(message))
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
