@@ -2,7 +2,7 @@
 
 import pytest
 
-from documents import ROOT, SERVICES, TOPICS, listed, untrue
+from documents import ROOT, SERVICES, TOPICS, blocks, listed, untrue
 
 DOCUMENTS = sorted(path for each in ("*.md", "docs/**/*.md", "benchmarks/*.md") for path in ROOT.glob(each))
 
@@ -16,6 +16,15 @@ def test_every_topic_and_service_is_listed():
     text = (ROOT / "docs/ros.md").read_text(encoding="utf-8")
     assert listed(text, "topic") == TOPICS
     assert listed(text, "service") == SERVICES
+
+
+def test_the_table_of_a_hit_is_what_the_lines_below_it_print(capsys):
+    page = (ROOT / "docs/safety.md").read_text(encoding="utf-8")
+    (lines,) = blocks(page, "python")
+    exec(lines, {})
+    rows = capsys.readouterr().out.splitlines()
+    assert [line for line in page.splitlines() if line in rows] == rows
+    assert rows[0].startswith("| 0.7 | 61, 122, 245 |")
 
 
 def test_what_is_not_true_is_found():
