@@ -35,5 +35,6 @@ def test_barn_is_converted_and_scored(tmp_path, capsys):
     study = fake_study(tmp_path / "study", touches_in_one, question, load_sources(question.worlds, None, None))
     capsys.readouterr()
     assert main(["score", str(study), str(data), "--scale", "0.5"]) == 0
-    few = "(2 of 5 needed for an interval)"
-    assert f"| harness | 2 | 2 | 2.40 | {5 / 12:.3f} {few} | 1 | {5 / 24:.3f} {few} |" in capsys.readouterr().out
+    few, said = "(2 of 5 needed for an interval)", capsys.readouterr().out
+    assert "| score | untouched | score, first touch ends the run |" in said
+    assert f"| harness | 2 | 2 | 2.40 | {5 / 12:.3f} {few} | 1 | {5 / 24:.3f} {few} |" in said
