@@ -26,7 +26,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study movers animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study movers site-runs animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -54,11 +54,11 @@ optimum:  ## how far bounce and avoid are from the best without contact and with
 rivals:  ## OMPL's SST and pytorch_mppi beside bounce and avoid, with the map, simulated; needs OMPL and PyTorch
 	@studies/rivals.sh $(ARGS)
 
-animation: $(COMPILED)  ## the README's animation anew, from two runs in a serpentine, simulated; needs Chromium
-	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
-	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
-	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out runs/animation/beside.html
-	@$(PYTHON) tools/page_animation.py runs/animation/beside.html docs/avoid_beside_bounce.webp
+site-runs: $(COMPILED)  ## the recorded runs that docs/runs.md plays anew, simulated
+	@SERPENTINE=$(SERPENTINE) tools/site_runs.sh
+
+animation: $(READY)  ## the README's animation anew, from docs/runs/serpentine.html; needs Chromium
+	@$(PYTHON) tools/page_animation.py docs/runs/serpentine.html docs/avoid_beside_bounce.webp
 
 frozen: export PYTHONPATH = $(CURDIR)/tests/frozen:$(CURDIR)/tests/runs:$(CURDIR)/tests/study
 frozen: $(COMPILED)  ## take over a meant change of results, and say in words what has changed: tests/frozen

@@ -8,6 +8,7 @@ from typing import Any
 
 from agreement import agreement
 from alone import alone, gym_steps_per_second, realtime_factor, trials_per_second
+from history import HISTORY, PICTURE, write_history
 from logged import Logged, logged_states
 from machine import load, machine
 from peer import STEPS, Peer, PeerError, install
@@ -17,8 +18,10 @@ from serial_line import driver_cpu, protocol
 from side_by_side import beside_dwa, beside_irsim_scan, beside_irsim_trial
 from stages import stage_shares
 
+from collplan_core import __version__
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds import load_world
+from collplan_study.run.provenance import git_state
 
 ARENAS = ["corridor", "l_corridor", "slalom"]
 CLUTTER = [f"random:{seed}" for seed in range(200, 210)]
@@ -34,12 +37,16 @@ def main() -> None:
     states = logged_states(ARENAS, range(options.seeds)) + logged_states(CLUTTER[: options.clutter], range(1))
     print(f"Timing {len(states)} states ...", flush=True)
     figures = measured(states, options)
-    figures = {"machine": machine_before, "load_average_after": load(), "simulated": True, **figures}
+    made = {"version": __version__, "commit": git_state(), "machine": machine_before, "load_average_after": load()}
+    figures = {**made, "simulated": True, **figures}
     figures["targets"] = verdicts(figures)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
     print_report(figures)
     print(f"\nwritten to {options.out}")
+    if options.history:
+        write_history(figures)
+        print(f"{__version__} is entered in {HISTORY}, drawn in {PICTURE}")
 
 
 def parse_options() -> argparse.Namespace:
@@ -52,6 +59,8 @@ def parse_options() -> argparse.Namespace:
     families = f"in a world of each, bounce is logged: {', '.join(FAMILIES)} (all)"
     parser.add_argument("--families", type=_families, default=FAMILIES, metavar="NAME,...", help=families)
     parser.add_argument("--no-peers", action="store_true", help="measure this project alone")
+    kept = f"leave {HISTORY.name} and its picture as they are"
+    parser.add_argument("--no-history", dest="history", action="store_false", help=kept)
     return parser.parse_args()
 
 

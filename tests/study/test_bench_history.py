@@ -1,0 +1,40 @@
+"""Speed over the releases: one line a release, whatever was measured of it."""
+
+from history import COLUMNS, HISTORY, read_history, write_history
+from PIL import Image
+
+MACHINE = {"time": "2026-11-28T12:00:00+00:00", "cpu": "some processor"}
+
+
+def measured(version, cycle, **ratios):
+    """What `make bench` measured, of which the line takes a part."""
+    ratios = {"cycle_pruned_vs_unpruned": 0.8612, **ratios}
+    of_plans = {"median_us": 7203.4, "p99_us": 12903.1, "n": 90}
+    rates = {"trials_per_second": {"harness": 15.0, "bounce": 2.61}, "gym_steps_per_second": 2101.4}
+    times = {"cycle_pruned": {"median_us": cycle, "p99_us": 400.0, "n": 1575}, "plan_to_goal": of_plans}
+    return {"version": version, "commit": "abc", "machine": MACHINE, "ratios": ratios, **times, **rates}
+
+
+def test_each_release_has_one_line_and_the_picture_shows_them(tmp_path):
+    history, picture = tmp_path / "history.csv", tmp_path / "history.png"
+    for version, cycle, ratios in [
+        ("1.0.0", 310.0, {}),
+        ("1.1.0", 290.0, {"scan_vs_irsim": 0.00412}),
+        ("1.0.0", 300.0, {}),
+    ]:
+        write_history(measured(version, cycle, **ratios), history, picture)
+        with Image.open(picture) as drawn:
+            assert drawn.width > drawn.height > 0
+    first, second = read_history(history)
+    assert tuple(first) == COLUMNS
+    assert [first[name] for name in COLUMNS[:4]] == ["1.0.0", "abc", "2026-11-28", "some processor"]
+    assert (first["cycle_pruned.median_us"], second["cycle_pruned.median_us"]) == ("300", "290")
+    assert (first["plan_to_goal.p99_us"], first["trials_per_second.bounce"]) == ("12900", "2.61")
+    # skipped, and measured
+    assert (first["ratios.scan_vs_irsim"], second["ratios.scan_vs_irsim"]) == ("", "0.00412")
+
+
+def test_the_lines_of_the_repository_are_read_and_each_version_has_one():
+    lines = read_history(HISTORY)
+    assert all(tuple(line) == COLUMNS for line in lines)
+    assert len({line["version"] for line in lines}) == len(lines) > 0
