@@ -2,6 +2,7 @@
 
     .venv/bin/python studies/learning.py --worlds 2 --setups doubled right
     .venv/bin/python studies/learning.py --worlds 24 --jobs 2
+    .venv/bin/python studies/learning.py --worlds 6 --setups doubled --engine graph
 
 Each run drives from the start to the goal and back, LEGS times, with learning off, on, or with the truth told. Planner
 and controller believe the shipped parameters; the simulated robot is another. Rows are appended to runs/learning.jsonl
@@ -12,8 +13,10 @@ import argparse
 import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
 from itertools import groupby, product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -22,7 +25,10 @@ import numpy as np
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.learning.drive import DRIVE, Drive
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_values
 from collplan_core.worlds import World, load_world
+from collplan_ros.bringup.driving import Bringup, wait_until_ready
+from collplan_ros.bringup.options import parse
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
 from collplan_study.report.content import number
@@ -42,6 +48,8 @@ OFF, ON, TOLD = MODES = ("off", "on", "told")
 SHIPPED = {key: value for key, (value,) in parse_axes(SPREADS).items()} | {"trial.timeout": 120.0}
 RIGHT, DOUBLED = Drive(1.5, 0.1, 0.0), Drive(0.75, 0.2, 0.0)
 """The shipped belief, and the same robot of twice the mass."""
+GRAPH = "graph"
+"""In the place of an engine: pymunk, through the nodes, in one process."""
 
 
 class Setup(NamedTuple):
@@ -61,7 +69,9 @@ def drawn(count: int = 20) -> dict[str, Setup]:
     return setups
 
 
-LOW_COST = {"lidar.sensor": "low_cost"}
+LOW_COST, NOISE = {"lidar.sensor": "low_cost"}, {"simulator.mocap_noise": 0.004}
+LATE = 0.06
+"""Delay of poses [s]."""
 SETUPS = {
     "doubled": Setup(DOUBLED),
     "right": Setup(RIGHT),
@@ -72,21 +82,29 @@ SETUPS = {
     "lag 0.25": Setup(RIGHT._replace(lag=0.25)),
     "floor": Setup(RIGHT, DOUBLED),
     "low_cost": Setup(DOUBLED, values=LOW_COST),
-    "noise": Setup(DOUBLED, values={"simulator.mocap_noise": 0.004}),
-    "late": Setup(DOUBLED._replace(delay=0.06)),
+    "noise": Setup(DOUBLED, values=NOISE),
+    "late": Setup(DOUBLED._replace(delay=LATE)),
+    "right, low_cost": Setup(RIGHT, values=LOW_COST),
+    "right, noise": Setup(RIGHT, values=NOISE),
+    "right, late": Setup(RIGHT._replace(delay=LATE)),
     **drawn(),
 }
 SETUPS_IN_ORDER = list(SETUPS)
 
 
 class Case(NamedTuple):
-    """A run: the robot's name in SETUPS, the family and number of the world, the mode, and the engine."""
+    """A run: the robot's name in SETUPS, the family and number of the world, the mode, and the engine or GRAPH."""
 
     setup: str
     family: str
     number: int
     mode: str
     engine: str
+
+    @property
+    def world(self) -> str:
+        """The name of the world."""
+        return f"{self.family}:{FIRST_WORLD + self.number}"
 
     def settings(self, drive: Drive) -> Settings:
         """Settings of a robot with this drive."""
@@ -160,13 +178,40 @@ runs: list[Legs] = []
 
 def row_of(case: Case) -> dict[str, Any]:
     """The row of a run."""
+    return through_graph(case) if case.engine == GRAPH else through_trial(case)
+
+
+def through_graph(case: Case) -> dict[str, Any]:
+    """The row of a run of bringup, whose robot has as much more mass as its drive is weaker."""
+    believed = SETUPS[case.setup].drive if case.mode == TOLD else RIGHT
+    mass = 1.0 if case.mode == TOLD else RIGHT.max_acceleration / SETUPS[case.setup].drive.max_acceleration
+    learning = {"robot.learning": DRIVE if case.mode == ON else OFF, "simulator.mass_ratio": mass}
+    drive = {"robot.max_acceleration": believed.max_acceleration, "robot.velocity_lag": believed.lag}
+    with TemporaryDirectory() as folder:
+        parameters, legs = Path(folder) / "robot.yaml", list[dict[str, Any]]()
+        write_values({**SHIPPED, **drive, **learning}, parameters)
+        asked = ["--world", case.world, "--seed", str(FIRST_SEED + case.number), "--strategy", "bounce"]
+        bringup = Bringup(parse([*asked, "--params", str(parameters), "--no-journal", "--out", f"{folder}/runs"]))
+        with closing(bringup.folder), bringup:
+            wait_until_ready(bringup.graph)
+            while len(legs) < LEGS:
+                given = bringup.graph.pose.stamp
+                outcome = bringup.drive(bringup.preparation.ends[len(legs) % 2])
+                if outcome != REACHED:
+                    break
+                legs.append({"time": bringup.graph.pose.stamp - given})
+            held = bringup.graph.recorder.held
+            return {"case": case, "outcome": outcome, "reason": bringup.reason(outcome), "held": held, "legs": legs}
+
+
+def through_trial(case: Case) -> dict[str, Any]:
+    """The row of a run without ROS."""
     setup, index = SETUPS[case.setup], case.number
     believed = case.settings(setup.drive if case.mode == TOLD else RIGHT)
     learning = {"robot.learning": DRIVE if case.mode == ON else OFF}
     runs.clear()
     nodes = type("LegsOfCase", (Legs,), {"case": case})
-    world = load_world(f"{case.family}:{FIRST_WORLD + index}")
-    result = run_trial(world, believed.with_values(learning), FIRST_SEED + index, nodes_class=nodes)
+    result = run_trial(load_world(case.world), believed.with_values(learning), FIRST_SEED + index, nodes_class=nodes)
     run = runs[0]
     return {"case": case, "outcome": result.outcome, "reason": result.reason, "held": run.held, "legs": run.legs}
 
@@ -219,8 +264,8 @@ def learnt_table(rows: Sequence[dict[str, Any]]) -> str:
         errors = []
         for row in rows:
             setup = SETUPS[row["case"][0]]
-            is_drawn = row["case"][0].startswith("drawn")
-            if row["case"][3] != ON or is_drawn != (kind == "drawn") or leg >= len(row["legs"]) or setup.middle:
+            is_drawn, has_told = row["case"][0].startswith("drawn"), row["case"][3] == ON and row["case"][4] != GRAPH
+            if not has_told or is_drawn != (kind == "drawn") or leg >= len(row["legs"]) or setup.middle:
                 continue
             found = zip(row["legs"][leg]["learnt"], setup.drive, (True, True, False), strict=True)
             errors.append([(math.log(m / t) if log else m - t, low <= t <= high) for (m, low, high), t, log in found])
@@ -250,7 +295,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--worlds", type=int, default=2, help="worlds of each family (default 2)")
     parser.add_argument("--setups", nargs="+", choices=SETUPS_IN_ORDER, default=SETUPS_IN_ORDER, metavar="NAME")
-    parser.add_argument("--engine", default="pymunk", help="simulator.engine (default pymunk)")
+    parser.add_argument("--engine", default="pymunk", help="pymunk, mujoco or graph (default pymunk)")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     parser.add_argument("--out", type=Path, default=Path("runs/learning.jsonl"), help="the rows")
     given = parser.parse_args(args)

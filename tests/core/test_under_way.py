@@ -1,14 +1,12 @@
 """The motion under way when a plan is made: by the velocity law, with rebounds, and as the first samples of a plan."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map
-from collplan_core.loop.delay_prediction import STEP, delay_in_use, motion_under_way
+from collplan_core.loop.delay_prediction import STEP, motion_under_way
 from collplan_core.parameters import Settings
 from collplan_core.plan import timed_path
 from collplan_core.reflection import believed_ring, rebound
@@ -79,10 +77,3 @@ def test_a_plan_made_from_its_end_begins_at_the_pose():
     assert (whole.stamp, len(whole.times)) == (5.0, round(0.06 / STEP) + 2)
     assert (np.diff(whole.times) > 0.0).all()
     np.testing.assert_array_equal(whole.positions[-2:], plan.positions)
-
-
-def test_the_estimate_replaces_the_parameter_where_it_is_known_and_asked_for():
-    told = SETTINGS.with_values({"robot.motion_delay": 0.04}).robot
-    asked = SETTINGS.with_values({"robot.motion_delay": 0.04, "robot.motion_delay_estimated": True}).robot
-    assert [delay_in_use(robot, 0.1) for robot in (told, asked)] == [0.04, 0.1]
-    assert delay_in_use(asked, math.nan) == 0.04

@@ -20,7 +20,7 @@ def test_what_is_shared_are_constants_of_robot_frames_and_scans_and_the_fence():
     assert keys == {
         *("robot.radius", "robot.mass", "robot.inertia_factor", "robot.wheel_mass"),
         *("robot.max_yaw_rate", "robot.max_acceleration", "robot.velocity_lag"),
-        *("robot.motion_delay", "robot.motion_delay_estimated", "robot.learning", "robot.velocity_shape"),
+        *("robot.motion_delay", "robot.learning", "robot.velocity_shape"),
         *("frames.map", "frames.base", "limits.fence"),
     }
     assert set(constants_of(Settings(), ScanInput, "robot.radius")) == {

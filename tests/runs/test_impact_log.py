@@ -22,6 +22,7 @@ def test_an_impact_is_the_simulated_one_or_without_the_truth_the_measured_one():
         assert impact.source == source
         assert impact.point == pytest.approx([WALL, 0.1], abs=1e-9)
         assert (impact.time, impacts.speeds.tolist()) == (EPOCH + HIT_AT - 0.003, [SPEED])
+        assert impacts.restitutions == pytest.approx([0.5], abs=0.05)
         assert impacts.verdicts.foreseen.tolist() == impacts.verdicts.deliberate.tolist() == [True]
     both = replace(bouncing_run(), impacts=[HIT, replace(HIT, source=POSES)])
     assert [impact.source for impact in impacts_of(both, WINDOW).all] == [SIMULATED]
@@ -32,6 +33,7 @@ def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     log = bouncing_run()
     log.impacts = [replace(HIT, velocity_before=np.array([0.15, 0.0]))]
     assert impacts_of(log, WINDOW).verdicts.deliberate.tolist() == [False]
+    assert impacts_of(log, WINDOW).restitutions == []
     log = bouncing_run()
     log.plans = dict.fromkeys(log.plans, Contacts.none())
     impacts = impacts_of(log, WINDOW)

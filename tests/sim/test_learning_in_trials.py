@@ -2,7 +2,7 @@
 
 import pytest
 
-from collplan_core.learning.drive import drive_of
+from collplan_core.learning.drive import DELAY_STEP, drive_of
 from collplan_core.parameters import Settings
 from collplan_core.replay.comparison import compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
@@ -10,7 +10,6 @@ from collplan_core.replay.reading import events_of, rows_of
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import TrialNodes, run_trial
 
-LEARNS = {"robot.learning": "drive"}
 FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
 
 
@@ -36,7 +35,7 @@ def driven(journal=None, seed=1, world="serpentine:2", **values):
 
 def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path):
     path = tmp_path / "trial.jsonl"
-    _, loop, plans = driven(path, simulator__mass_ratio=2.0, **LEARNS)
+    _, loop, plans = driven(path, simulator__mass_ratio=2.0)
     in_use, learnt = loop.controller.drive.in_use, loop.controller.drive.learnt
     assert in_use.max_acceleration == pytest.approx(0.75, rel=0.05)
     assert learnt.max_acceleration.low < 0.75 < learnt.max_acceleration.high
@@ -50,11 +49,13 @@ def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path):
 
 
 def test_a_right_belief_is_kept():
-    _, loop, _ = driven(**LEARNS)
-    assert loop.controller.drive.in_use.max_acceleration == pytest.approx(1.5, rel=0.05)
-    assert loop.controller.drive.in_use.delay == 0.0
+    _, loop, _ = driven()
+    in_use = loop.controller.drive.in_use
+    assert in_use.max_acceleration == pytest.approx(1.5, rel=0.05)
+    assert in_use.delay <= DELAY_STEP
+    assert in_use.lag + in_use.delay == pytest.approx(0.1, rel=0.1)
 
 
 def test_without_learning_nothing_is_learnt_and_plans_carry_no_drive():
-    _, loop, plans = driven()
+    _, loop, plans = driven(robot__learning="off")
     assert (loop.controller.drive.in_use, loop.controller.drive.learnt, set(plans)) == (None, None, {None})

@@ -13,7 +13,7 @@ from collplan_ros.replay.main import main as replay
 def test_a_load_is_learnt_told_kept_and_replayed(tmp_path, capsys):
     warm_up()
     heavy, lab = tmp_path / "heavy.yaml", tmp_path / "lab.yaml"
-    write_values({"robot.learning": "drive", "simulator.mass_ratio": 2.0}, heavy)
+    write_values({"simulator.mass_ratio": 2.0}, heavy)
     write_values({"rebound.friction": 0.2}, lab)
     asked = ["--world", "serpentine:2", "--strategy", "bounce", "--no-pictures", "--params", str(heavy)]
     result = run(parse([*asked, "--keep", str(lab), "--out", str(tmp_path / "runs")]))
@@ -22,7 +22,8 @@ def test_a_load_is_learnt_told_kept_and_replayed(tmp_path, capsys):
     assert drive["max_acceleration"] == pytest.approx(0.75, rel=0.06)
     assert drive["max_acceleration.low"] < drive["max_acceleration.learnt"] < drive["max_acceleration.high"]
     assert drive["in_words"].startswith("drives like 0.7")
-    assert drive["in_words"].endswith("set to 1.5")
+    assert "set to 1.5; " in drive["in_words"]
+    assert " with restitution 0." in drive["in_words"]
     kept = Settings().with_values(read_parameters(lab))
     assert kept.robot.max_acceleration == pytest.approx(drive["max_acceleration"], rel=1e-3)
     assert kept.rebound.friction == 0.2

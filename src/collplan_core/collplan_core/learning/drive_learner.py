@@ -51,11 +51,16 @@ class _Pose(NamedTuple):
 
 
 class DriveLearner:
-    """Takes commands and poses in the order of time, all times on the poses' clock [s]."""
+    """Takes commands and poses in the order of time, all times on the poses' clock [s].
+
+    Attributes:
+        belief: the drive that the parameters tell.
+        driven: time of driving that told drives apart [s].
+    """
 
     def __init__(self, belief: Drive, pose_noise: float) -> None:
         """Begins with what the parameters tell, and the deviation of a measured position by axis [m]."""
-        self.belief = belief
+        self.belief, self.driven = belief, 0.0
         at = math.log(belief.max_acceleration), math.log(max(belief.lag, LEAST_LAG)), belief.delay
         self._nodes = (
             at[0] + np.log(np.geomspace(*ACCELERATIONS)),
@@ -139,6 +144,7 @@ class DriveLearner:
             return
         self._misfit += (0.5 * square - self._misfit) / MISFIT_POSES
         if np.ptp(self._bank.told) > IDLE:
+            self.driven += pose.stamp - begin
             kept = math.exp((begin - pose.stamp) / FORGET)
             self._best = learn(self._bank, kept, 1.0 / max(1.0, self._misfit), MOST, DEEPEST)
 

@@ -53,7 +53,7 @@ class ClosedLoop:
         self.planner = PlannerLoop(settings, planner.count_checks(make_deadline), known_map, sensed=sensed)
         self.controller = ControllerLoop(settings, sensed=sensed)
         self.planning_time = 0.0
-        self._settings, self._heard = settings, heard
+        self._heard = heard
         self._drive: Drive | None = self.controller.drive.in_use
         self._to_planner, self._to_controller = planner.call, controller.call
 
@@ -94,8 +94,6 @@ class ClosedLoop:
         if drive is not None and drive != self._drive:
             self._drive = drive
             self._to_planner(self.planner.take_drive, *drive)
-        if self._settings.robot.motion_delay_estimated:
-            self._to_planner(self.planner.take_motion_delay, self.controller.motion.verdict.delay)
         return command
 
     def _decide(self, local: float, decide: Callable[P, list[Decision]], *given: P.args, **named: P.kwargs) -> None:

@@ -23,7 +23,7 @@ from collplan_core.control.permission import why_outside, why_refuse_plan, why_s
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.learning.drive import with_drive
 from collplan_core.local_map import LocalMap
-from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
+from collplan_core.loop.delay_prediction import motion_under_way, with_command
 from collplan_core.loop.drive_watch import NEARBY, DriveWatch
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
@@ -308,7 +308,7 @@ class ControllerLoop:
 
     def _when_it_acts(self, state: State, now: float, local_map: LocalMap, settings: Settings) -> tuple[State, float]:
         """The robot when a command that is sent now acts, and the time then [s]; without a delay the newest pose."""
-        delay = delay_in_use(settings.robot, self.motion.verdict.delay)
+        delay = settings.robot.motion_delay
         if delay <= 0.0:
             return state, now
         ahead = now + delay - state.stamp

@@ -4,7 +4,6 @@ A command sent at t, on the poses' clock, moves the wheels at t plus the delay f
 of motion capture, transport and firmware, the lag of the velocity law apart.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from collplan_core.control.stuck import with_row
 from collplan_core.jit import njit
 from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.record import LocalMap
-from collplan_core.parameters import Robot, Settings
+from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, Plan
 from collplan_core.plane import rotate
 from collplan_core.reflection import believed_ring, rebound
@@ -64,11 +63,6 @@ class UnderWay:
 def with_command(commands: np.ndarray, velocity: np.ndarray, yaw: float, now: float) -> np.ndarray:
     """Commands (n, 3) of `motion_under_way` with a newer one: velocity (2,) [m/s, body frame] sent at `now` [s]."""
     return with_row(commands, np.array([now, *rotate(*velocity.tolist(), yaw)]), KEPT_COMMANDS, 1)
-
-
-def delay_in_use(robot: Robot, estimated: float) -> float:
-    """Returns the delay from a pose's stamp to the wheels [s]: the parameter, or the estimate if enabled and known."""
-    return estimated if robot.motion_delay_estimated and math.isfinite(estimated) else robot.motion_delay
 
 
 def motion_under_way(

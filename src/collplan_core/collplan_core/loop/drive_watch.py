@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.command import STOPPED, Command
-from collplan_core.control.motion_monitor import REVERSED, SLIP, STUCK
+from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STUCK
 from collplan_core.learning.drive import DRIVE, Drive, LearntDrive, drive_in_use, drive_of
 from collplan_core.learning.drive_learner import DriveLearner
 from collplan_core.parameters import Settings
@@ -21,6 +21,10 @@ SURE = 0.45
 """A change of velocity that no surface nearby explains is an impact from here on [m/s]: an impact is found where the
 drive that is set cannot make the change, and this one may."""
 
+FIRST = 1.5
+"""Driving time before which nothing learnt is used [s]: in the first second late poses look like a weak drive, and the
+monitor of the motion must find them."""
+
 
 class DriveWatch:
     """Takes poses, impacts and commands; without `robot.learning` it does nothing.
@@ -32,9 +36,8 @@ class DriveWatch:
 
     def __init__(self, settings: Settings) -> None:
         """Begins with the drive that the parameters tell."""
-        learns = settings.robot.learning == DRIVE
-        self.in_use: Drive | None = drive_of(settings.robot) if learns else None
-        self._learner = DriveLearner(drive_of(settings.robot), settings.mocap.position_noise) if learns else None
+        self._settings, self._learner = settings, _learner(settings)
+        self.in_use: Drive | None = None if self._learner is None else self._learner.belief
         self.learnt: LearntDrive | None = None if self._learner is None else self._learner.learnt
         self._newest = -math.inf
 
@@ -69,9 +72,19 @@ class DriveWatch:
         if self._learner is None or now is None:
             return False
         self._learner.take_command(command.velocity, now)
+        if kind == LATE and self._learner.driven > 0.0:
+            # what was learnt of late poses is wrong
+            self._learner = _learner(self._settings) or self._learner
         if robot_stands or command.maneuver == STOPPED or kind in (STUCK, SLIP, REVERSED):
             self._learner.exclude(now - AROUND, now + AROUND)
         before = self.in_use or self._learner.belief
         self.learnt = self._learner.learnt
-        self.in_use = drive_in_use(self._learner.belief, self.learnt, before)
+        belief = self._learner.belief
+        self.in_use = belief if self._learner.driven < FIRST else drive_in_use(belief, self.learnt, before)
         return self.in_use != before
+
+
+def _learner(settings: Settings) -> DriveLearner | None:
+    if settings.robot.learning != DRIVE:
+        return None
+    return DriveLearner(drive_of(settings.robot), settings.mocap.position_noise)

@@ -24,7 +24,7 @@ from collplan_core.learning.drive import DRIVE, Drive, drive_of, with_drive
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
-from collplan_core.loop.delay_prediction import delay_in_use, motion_under_way, with_command
+from collplan_core.loop.delay_prediction import motion_under_way, with_command
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.progress import Progress
@@ -88,7 +88,6 @@ class PlannerLoop:
         # bumped obstacles are in its local map, and not in the scan
         self._placed: PlacedScan | None = None
         self._commands = np.zeros((0, 3))
-        self._estimated_delay = math.nan
         self._planned_until = 0.0
         self._reported, self._noticed = "", -math.inf
         self._decisions: list[Decision] = []
@@ -142,10 +141,6 @@ class PlannerLoop:
         if state is not None and now is not None:
             self._commands = with_command(self._commands, velocity, state.yaw, now)
             self._recovery.commanded(self._commands[-1, 1:], now)
-
-    def take_motion_delay(self, delay: float) -> None:
-        """Takes the estimated delay from a command to the measured motion [s]."""
-        self._estimated_delay = delay
 
     def take_drive(self, max_acceleration: float, lag: float, delay: float) -> None:
         """Takes the drive that the controller uses from now on: [m/s^2], [s], [s]."""
@@ -343,7 +338,7 @@ class PlannerLoop:
             reason = f"the robot cannot stand at {place} or {tolerance}, beside an obstacle that the scan shows"
             self._report_no_way(reason, local, gives_up=True)
             return
-        delay, shown = delay_in_use(settings.robot, self._estimated_delay), placed.local_map
+        delay, shown = settings.robot.motion_delay, placed.local_map
         before = motion_under_way(initial, self._commands, delay, delay, shown, settings) if delay > 0.0 else None
         begin = initial if before is None else before.end
         try:

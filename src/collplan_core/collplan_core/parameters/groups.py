@@ -44,8 +44,7 @@ class Robot(Parameters):
     max_acceleration: float = parameter(1.5, "Largest acceleration the wheels can make (assumed)", unit="m/s^2", low=0.1, high=20.0)
     velocity_lag: float = parameter(0.1, "Time constant of the velocity loop (assumed)", unit="s", low=0.0, high=1.0)
     motion_delay: float = parameter(0.0, "Delay from a pose's stamp until the wheels act on it: motion capture, transport and firmware, without velocity_lag", unit="s", low=0.0, high=0.3)
-    learning: str = parameter("off", "Learn max_acceleration, velocity_lag and motion_delay while driving (drive), beginning with these; controller/drive tells them", choices=("off", "drive"))
-    motion_delay_estimated: bool = parameter(False, "Replace motion_delay by the estimate on controller/motion_delay, in steps of 0.025 s, once it is known")
+    learning: str = parameter("drive", "Learn max_acceleration, velocity_lag and motion_delay while driving (drive), beginning with these; controller/drive tells them", choices=("off", "drive"))
 
     @property
     def fastest(self) -> float:
@@ -586,8 +585,11 @@ GONE = {
 }
 """Removed parameters, and their replacements."""
 LOCKSTEP = "simulator.lockstep"
-WITHOUT_EFFECT = ("simulator.controller_lateness", "simulator.planner_lateness", "simulator.sensor_lateness", "simulator.patience")
-"""Removed parameters that changed no result. Files of version 1.0.0 hold them, and LOCKSTEP for a speed_factor of 0."""
+WITHOUT_EFFECT = (
+    *("simulator.controller_lateness", "simulator.planner_lateness", "simulator.sensor_lateness", "simulator.patience"),
+    "robot.motion_delay_estimated",
+)
+"""Removed parameters that changed no result, or what robot.learning does now. Files of version 1.0.0 hold them, and LOCKSTEP for a speed_factor of 0."""
 
 
 def all_specs() -> dict[str, Spec]:

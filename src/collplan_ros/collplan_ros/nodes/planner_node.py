@@ -11,7 +11,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
-from std_msgs.msg import Empty, Float64, String
+from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
 from collplan_core.deadline import never
@@ -96,7 +96,6 @@ class PlannerNode(GraphNode):
         listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         listen(Empty, "robot/resumed", lambda _: journal.call(loop.forget_scans), qos.EVENT, EVENT)
         listen(command, "cmd_vel", self._on_command, qos.NEWEST, EVENT)
-        listen(Float64, "controller/motion_delay", self._on_motion_delay, qos.LATCHED, EVENT)
         listen(DiagnosticStatus, "controller/drive", self._on_drive, qos.LATCHED, EVENT)
         listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_manual_command), qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
@@ -143,9 +142,6 @@ class PlannerNode(GraphNode):
         velocity, _ = velocity_from_twist(twist_of(message))
         self._journal.call(self._loop.take_command, velocity, self._local())
         keep_step(self._timer, 1.0 / self._settings.controller.rate, LEAD)
-
-    def _on_motion_delay(self, message: Float64) -> None:
-        self._journal.call(self._loop.take_motion_delay, message.data)
 
     def _on_drive(self, message: DiagnosticStatus) -> None:
         self._journal.call(self._loop.take_drive, *drive_from_message(message))

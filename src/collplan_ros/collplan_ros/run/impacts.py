@@ -17,6 +17,8 @@ from collplan_ros.run.run_log import PoseRow, RunLog
 SETTLED = 1.1
 """So long after an impact a velocity is fitted to poses after it alone, in velocity_windows."""
 VECTORS = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
+HARD = 0.3
+"""Speed into the obstacle from which a rebound tells the restitution [m/s]."""
 COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
 
 
@@ -40,6 +42,12 @@ class JudgedImpacts:
     def speeds(self) -> np.ndarray:
         """Speed of each impact into the obstacle (k,) [m/s]."""
         return np.array([impact.speed_into for impact in self.all])
+
+    @property
+    def restitutions(self) -> list[float]:
+        """Share of the speed into the obstacle that came back, of each impact that is hard enough to tell it."""
+        hard = (each for each in self.all if each.speed_into >= HARD and not each.with_mover)
+        return [float(each.velocity_after @ each.normal) / each.speed_into for each in hard]
 
 
 def impacts_of(log: RunLog, velocity_window: float) -> JudgedImpacts:

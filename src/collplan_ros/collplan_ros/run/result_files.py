@@ -151,6 +151,13 @@ def counted_impacts(number: int) -> str:
 TRAJECTORY, IMPACTS, SUMMARY, PICTURE = "trajectory.csv", "impacts.csv", "summary.json", "trajectory.png"
 
 
+def _rebounds(impacts: JudgedImpacts, settings: Settings) -> str:
+    """The restitution that impacts show, in words, for who writes the parameter file; nothing learns it."""
+    found, told = impacts.restitutions, settings.rebound.restitution
+    hits = counted_impacts(len(found))
+    return f"; {hits} with restitution {np.median(found):.2f}, set to {told:g}" if found else ""
+
+
 @dataclass(frozen=True, eq=False)
 class Results:
     """Results computed from a run.
@@ -192,7 +199,7 @@ def write_result_files(
     impacts = impacts_of(log, settings.mocap.velocity_window)
     with replacing(folder / IMPACTS) as path:
         write_impacts(path, impacts, log.begin)
-    timing = timing_of(log)
+    timing, words = timing_of(log), log.drive_in_words + _rebounds(impacts, settings)
     summary = {
         "simulated": log.simulated,
         "world": settings.simulator.world,
@@ -202,7 +209,7 @@ def write_result_files(
         "longest_gap_s": timing.gap,
         "machine": machine_verdict(timing, settings.simulator.speed_factor, settings.limits.command_age),
         **said,
-        **({"drive": {**log.drive, "in_words": log.drive_in_words}} if log.drive else {}),
+        **({"drive": {**log.drive, "in_words": words}} if log.drive else {}),
         "assumed": assumed_constants(settings, log.simulated),
     }
     with replacing(folder / SUMMARY) as path:
