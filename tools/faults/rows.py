@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from faults import base, fuzz, goals, hands, held, line, movers, nodes, order, poses, runs, stops, trials
+from faults import base, fuzz, goals, hands, held, learning, line, movers, nodes, order, poses, runs, stops, trials
 from faults.base_graph import COMMANDED, BaseGraph
 from faults.bench import Bench
 from faults.fault import Fault
@@ -16,6 +16,7 @@ FAULTS: list[Fault] = [
     *poses.FAULTS,
     *trials.FAULTS,
     *held.FAULTS,
+    *learning.FAULTS,
     *goals.FAULTS,
     *line.FAULTS,
     *base.FAULTS,
