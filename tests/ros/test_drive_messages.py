@@ -32,6 +32,12 @@ def test_a_plan_and_a_message_carry_the_drive_as_it_is(drive):
     assert tuple(decode(encode(replace(PLAN, drive=drive))).drive) == drive
 
 
+def test_before_anything_is_learnt_it_tells_what_is_in_use():
+    message = drive_to_message(BELIEF, None, BELIEF, "/c")
+    assert (message.level, drive_figures(message)) == (DiagnosticStatus.OK, dict(zip(DRIVE, BELIEF, strict=True)))
+    assert "not learnt yet" in message.message
+
+
 def test_a_plan_without_one_is_as_before():
     assert plan_from_message(plan_to_message(PLAN, "map"), "map").drive is None
     assert "drive" not in encode(PLAN)["plan"]
@@ -39,9 +45,12 @@ def test_a_plan_without_one_is_as_before():
 
 def test_a_drive_that_is_not_what_is_set_is_a_warning():
     warned, fine = (drive_to_message(BELIEF, LEARNT, belief, "/c") for belief in (BELIEF, Drive(0.75, 0.2, 0.0)))
-    assert (warned.level, warned.message) == (DiagnosticStatus.WARN, "drives like 0.74 m/s^2, set to 1.5")
+    assert (warned.level, warned.message) == (
+        DiagnosticStatus.WARN,
+        "drives like 0.74 m/s^2, set to 1.5; with a lag of 0.20 s, set to 0.1",
+    )
     assert fine.level == DiagnosticStatus.OK
-    assert fine.message.startswith("drives like 0.74 m/s^2 (0.73 to 0.75), lag 0.20 s")
+    assert fine.message.startswith("drives like 0.74 m/s^2 (0.73 to 0.75), with a lag of 0.20 s")
 
 
 @pytest.mark.parametrize(

@@ -27,5 +27,7 @@ def test_a_load_is_learnt_told_kept_and_replayed(tmp_path, capsys):
     kept = Settings().with_values(read_parameters(lab))
     assert kept.robot.max_acceleration == pytest.approx(drive["max_acceleration"], rel=1e-3)
     assert kept.rebound.friction == 0.2
+    true = kept.robot.max_acceleration * kept.simulator.acceleration_ratio / kept.simulator.mass_ratio
+    assert true == pytest.approx(0.75, rel=1e-3)
     assert "robot.max_acceleration 0.7" in capsys.readouterr().out
     assert replay([str(result.folder)]) == 0

@@ -13,8 +13,13 @@ STEPS, DELAY_STEP = (0.01, 0.02), 0.005
 HIDDEN, SEEN = 0.04, 0.08
 """Largest acceleration times lag: below the first, errors of the wheels hide the lag, and the belief holds; above the
 second they do not [m/s]."""
-UNLIKE = 0.1
-"""Share by which the drive must differ from what is set, beside what is uncertain, until a person is told."""
+UNLIKE, LATER = 0.1, 0.02
+"""Share of what is set by which acceleration or lag must differ from it, beside what is uncertain, until a person is
+told, and the same of the delay [s]."""
+MEANT = 0.5
+"""A constant of which less is `known` is not told to a person: its interval may be wrong."""
+WORDS = ("like {:.2f} m/s^2", "with a lag of {:.2f} s", "with a delay of {:.2f} s")
+"""How the three constants are told."""
 
 
 class Drive(NamedTuple):
@@ -51,16 +56,19 @@ class LearntDrive(NamedTuple):
 
     def __str__(self) -> str:
         """In words, with intervals."""
-        words = zip(("{:.2f} m/s^2", "lag {:.2f} s", "delay {:.2f} s"), self, strict=True)
+        words = zip(WORDS, self, strict=True)
         told = (f"{form.format(each.value)} ({each.low:.2f} to {each.high:.2f})" for form, each in words)
-        return f"drives like {', '.join(told)}"
+        return f"drives {', '.join(told)}"
 
     def why_unlike(self, belief: Drive) -> str:
-        """Names an acceleration that differs beyond doubt from the one believed; "" where none does."""
-        told, (value, low, high, _) = belief.max_acceleration, self.max_acceleration
-        if low / (1.0 + UNLIKE) <= told <= high * (1.0 + UNLIKE):
-            return ""
-        return f"drives like {value:.2f} m/s^2, set to {told:g}"
+        """Names what differs beyond doubt from what is believed; "" where nothing does."""
+        beyond = UNLIKE * belief.max_acceleration, UNLIKE * belief.lag, LATER
+        unlike = [
+            f"{form.format(each.value)}, set to {told:g}"
+            for form, each, told, more in zip(WORDS, self, belief, beyond, strict=True)
+            if each.known > MEANT and not each.low - more <= told <= each.high + more
+        ]
+        return f"drives {'; '.join(unlike)}" if unlike else ""
 
 
 def drive_of(robot: Robot) -> Drive:

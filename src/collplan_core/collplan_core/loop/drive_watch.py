@@ -31,14 +31,14 @@ class DriveWatch:
 
     Attributes:
         in_use: the drive that planner and controller use; None is that of the parameters.
-        learnt: the drive learnt up to the newest command; None where nothing is learnt.
+        learnt: the drive learnt up to the newest command; None where nothing is learnt, or not enough to be used.
     """
 
     def __init__(self, settings: Settings) -> None:
         """Begins with the drive that the parameters tell."""
         self._settings, self._learner = settings, _learner(settings)
         self.in_use: Drive | None = None if self._learner is None else self._learner.belief
-        self.learnt: LearntDrive | None = None if self._learner is None else self._learner.learnt
+        self.learnt: LearntDrive | None = None
         self._newest = -math.inf
 
     def take_pose(self, state: State, joins: bool, pushed: bool) -> None:
@@ -77,10 +77,9 @@ class DriveWatch:
             self._learner = _learner(self._settings) or self._learner
         if robot_stands or command.maneuver == STOPPED or kind in (STUCK, SLIP, REVERSED):
             self._learner.exclude(now - AROUND, now + AROUND)
-        before = self.in_use or self._learner.belief
-        self.learnt = self._learner.learnt
-        belief = self._learner.belief
-        self.in_use = belief if self._learner.driven < FIRST else drive_in_use(belief, self.learnt, before)
+        belief, before = self._learner.belief, self.in_use or self._learner.belief
+        self.learnt = self._learner.learnt if self._learner.driven >= FIRST else None
+        self.in_use = belief if self.learnt is None else drive_in_use(belief, self.learnt, before)
         return self.in_use != before
 
 

@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
@@ -15,9 +15,8 @@ import numpy as np
 
 from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
-from collplan_core.parameters import ParameterError
-from collplan_core.parameters.file import read_parameters, write_values
 from collplan_ros.bringup.check import check
+from collplan_ros.bringup.drive_file import kept
 from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.failures import (
     NOT_REACHED,
@@ -34,7 +33,6 @@ from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.rendezvous import Rendezvous
 from collplan_ros.bringup.robots import prepare_robots
-from collplan_ros.messages.status_values import DRIVE
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
@@ -157,7 +155,7 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str, repe
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
     result = RunResult(outcome, exit_code, message, folder.path, results.summary)
     if bringup.options.keep is not None:
-        say(_kept(bringup.options.keep, results.summary.get("drive")))
+        say(kept(bringup.options.keep, recorded.log.drive, preparation.settings, preparation.robot.simulated))
     try:
         for missing in make_pictures(recorded, results, preparation) if bringup.options.pictures else ():
             say(missing)
@@ -165,20 +163,6 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str, repe
         say(_conclusion(result))
         raise
     return result
-
-
-def _kept(path: Path, drive: Mapping[str, float] | None) -> str:
-    """Writes the drive that was learnt to a parameter file, beside what that holds already; returns a report."""
-    if drive is None:
-        return f"{path}: not written, nothing was learnt"
-    try:
-        held = read_parameters(path) if path.exists() else {}
-        learnt = {f"robot.{name}": float(f"{drive[name]:.4g}") for name in DRIVE}
-        with replacing(path) as unfinished:
-            write_values({**held, **learnt}, unfinished, "Learnt while driving: the last three of the group robot.")
-    except (ParameterError, RecordError, OSError) as error:
-        return f"{path}: not written: {error}"
-    return f"{path}: " + ", ".join(f"{name} {value:g}" for name, value in learnt.items())
 
 
 def _driven(bringup: Bringup) -> tuple[str, int, str]:

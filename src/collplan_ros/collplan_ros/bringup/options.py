@@ -196,7 +196,7 @@ class Options:
     keep: Path | None = _option(
         "--keep",
         None,
-        "parameter file for the drive that was learnt (robot.learning: drive); what else it holds stays",
+        "parameter file to which the drive that was learnt is written; its other values stay, its comments do not",
         type=Path,
         metavar="FILE",
     )

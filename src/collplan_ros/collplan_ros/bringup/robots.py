@@ -30,7 +30,7 @@ def prepare_robots(options: Options) -> list[tuple[Options, Preparation]]:
     if options.namespace is not None:
         raise StartError(f"--robots: got --namespace {options.namespace}, expected none: they are /robot1 and /robot2")
     if options.keep is not None:
-        raise StartError(f"--keep: got {options.keep}, expected none with --robots: each of them learns its own drive")
+        raise StartError(f"--keep: got {options.keep}, expected none with --robots: each learns a drive of its own")
     chosen = [
         replace(options, namespace=f"/robot{k}", out=options.out / f"robot{k}", view=options.view and k == 1)
         for k in (1, 2)

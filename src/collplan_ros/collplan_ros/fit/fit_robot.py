@@ -13,12 +13,13 @@ from collplan_core.calibration.wall_impacts import SLOWEST, SLOWEST_SLIP
 from collplan_core.command_line import parser_of
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
-from collplan_ros.fit.fitting import RobotFit, believed_otherwise, fit_robot, hits_found, same_simulated_drive
+from collplan_ros.fit.fitting import RobotFit, believed_otherwise, fit_robot, hits_found
 from collplan_ros.fit.recorded_impacts import FARTHEST_WALL
 from collplan_ros.fit.recorded_path import FittedRun, fitted_run
 from collplan_ros.run.description import RUN
 from collplan_ros.run.reader import description
 from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.simulated_drive import same_simulated_drive
 from collplan_ros.run.whole_file import RunError
 from collplan_ros.run.writer import RECORDING
 
@@ -130,7 +131,8 @@ def _write(
     found: dict[str, object] = {key: round(constant.value, 4) for key, constant in fit.constants.items()}
     kind = "simulated" if runs[0].simulated else "real"
     if runs[0].simulated:
-        found |= same_simulated_drive(fit, runs[0].settings)
+        drive = fit.drive.max_acceleration.value, fit.drive.velocity_lag.value
+        found |= same_simulated_drive(*drive, runs[0].settings)
     folders = "\n".join(run.name for run in runs)
     comment = "\n\n".join((f"fit_robot, {kind} runs:\n{folders}", _table(fit), *notes))
     try:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from collplan_core.calibration.drive_fit import DriveFit, fit_drive
 from collplan_core.calibration.fitted_constant import FittedConstant, TooLittle, Unexplained
 from collplan_core.calibration.rebound_fit import ReboundFit, fit_rebound
-from collplan_core.parameters import Settings
 from collplan_ros.fit.recorded_drive import driven_stretches
 from collplan_ros.fit.recorded_impacts import measured_impacts
 from collplan_ros.fit.recorded_path import FittedRun
@@ -72,21 +71,6 @@ def _check_one_robot(runs: Sequence[FittedRun]) -> None:
                 f"robot.radius: {run.name} was driven with {other:g} m and {first.name} with {radius:g} m, "
                 "expected runs of one robot"
             )
-
-
-def same_simulated_drive(fit: RobotFit, settings: Settings) -> dict[str, float]:
-    """The parameters with which a simulated robot drives as in runs with these settings, once the fit is used.
-
-    The simulator's drive is given as ratios to the robot's parameters.
-    """
-    robot, simulation = settings.robot, settings.simulator
-    lag = robot.velocity_lag * simulation.mass_ratio
-    acceleration = robot.max_acceleration * simulation.acceleration_ratio / simulation.mass_ratio
-    mass_ratio = lag / fit.drive.velocity_lag.value
-    return {
-        "simulator.mass_ratio": round(mass_ratio, 4),
-        "simulator.acceleration_ratio": round(acceleration * mass_ratio / fit.drive.max_acceleration.value, 4),
-    }
 
 
 def believed_otherwise(fit: RobotFit, runs: Sequence[FittedRun]) -> list[str]:

@@ -14,7 +14,7 @@ from collplan_ros.messages.status_values import DRIVE
 
 FREE, HELD, STOPPED = "free", "held", "stopped"
 """It follows commands; it waits for a person; its emergency stop is latched."""
-
+NOT_LEARNT = "its drive is not learnt yet: too little driving"
 
 NUMBERS = {name: number for number, name in GOAL_STATUS.items()}
 """Status as GoalStatus has it, by that of a `Goal`."""
@@ -61,16 +61,16 @@ def activity_to_message(
     )
 
 
-def drive_to_message(in_use: Drive, learnt: LearntDrive, belief: Drive, source: str) -> DiagnosticStatus:
+def drive_to_message(in_use: Drive, learnt: LearntDrive | None, belief: Drive, source: str) -> DiagnosticStatus:
     """Message of the drive in use and what was learnt of it; a warning where it is not what is set, beyond doubt."""
-    unlike = learnt.why_unlike(belief)
-    values: dict[str, float] = {}
-    for name, used, known in zip(DRIVE, in_use, learnt, strict=True):
-        values |= {name: used, f"{name}.learnt": known.value, f"{name}.low": known.low, f"{name}.high": known.high}
+    unlike = "" if learnt is None else learnt.why_unlike(belief)
+    values = dict[str, float](zip(DRIVE, in_use, strict=True))
+    for name, known in () if learnt is None else zip(DRIVE, learnt, strict=True):
+        values |= {f"{name}.learnt": known.value, f"{name}.low": known.low, f"{name}.high": known.high}
     return DiagnosticStatus(
         level=DiagnosticStatus.WARN if unlike else DiagnosticStatus.OK,
         name=source,
-        message=unlike or str(learnt),
+        message=unlike or (NOT_LEARNT if learnt is None else str(learnt)),
         values=[KeyValue(key=key, value=repr(float(value))) for key, value in values.items()],
     )
 

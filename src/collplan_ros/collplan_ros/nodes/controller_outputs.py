@@ -106,10 +106,9 @@ class ControllerOutputs:
     def _tell_drive(self, drive: DriveWatch, now: float) -> None:
         """Publishes the drive where another one is used, and what was learnt each DRIVE_PERIOD."""
         in_use, unlike, told = self._told_drive
-        learnt = drive.learnt
-        if drive.in_use is None or learnt is None or (drive.in_use == in_use and 0.0 <= now - told < DRIVE_PERIOD):
+        if drive.in_use is None or (drive.in_use == in_use and 0.0 <= now - told < DRIVE_PERIOD):
             return
-        message = drive_to_message(drive.in_use, learnt, drive_of(self._settings.robot), self._source)
+        message = drive_to_message(drive.in_use, drive.learnt, drive_of(self._settings.robot), self._source)
         warns = message.message if message.level == DiagnosticStatus.WARN else ""
         if warns and not unlike:
             self._log.warning(warns)
