@@ -135,10 +135,16 @@ def _is_free(view: View, place: int, x: float, y: float, margin: float) -> bool:
     width = _beams_around(view, away, margin)
     if not view.closed and not width <= place < n - width:
         return False
-    for i in range(place - width, place + width + 1):  # noqa: SIM110 (numba has no generators)
-        if _is_near_edge(view, i, x, y, margin):
+    for k in range(2 * width + 1):  # noqa: SIM110 (numba has no generators)
+        if _is_near_edge(view, place + _from_the_middle(k), x, y, margin):
             return False
     return True
+
+
+@njit
+def _from_the_middle(k: int) -> int:
+    """The k-th of 0, 1, -1, 2, -2, ...: a return is nearly always near the edge of its own beam."""
+    return (k + 1) // 2 if k % 2 else -(k // 2)
 
 
 @njit
@@ -147,8 +153,8 @@ def _is_on_surface(view: View, place: int, x: float, y: float, in_place: float) 
     n = len(view.hits)
     away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
     width = _beams_around(view, away, in_place)
-    for k in range(2 * width + 1):  # from the middle on: it is nearly always there
-        i = place + ((k + 1) // 2 if k % 2 else -(k // 2))
+    for k in range(2 * width + 1):
+        i = place + _from_the_middle(k)
         if (view.closed or 0 <= i < n) and view.stands[i % n] and _is_near_edge(view, i, x, y, in_place):
             return True
     return False
