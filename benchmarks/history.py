@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
+from report import figure_at
 
 from collplan_study.report.figures import MARKS, OTHER_COLOURS, STYLE, add_caption, new_figure
 
@@ -65,10 +66,8 @@ def line_of(figures: Mapping[str, Any]) -> Line:
 
 
 def _figure(figures: Mapping[str, Any], name: str) -> str:
-    value: Any = figures
-    for key in name.split("."):
-        value = value.get(key, {})
-    return np.format_float_positional(value, 4, fractional=False, trim="-") if value != {} else ""
+    value = figure_at(figures, name.split("."))
+    return "" if value is None else np.format_float_positional(value, 4, fractional=False, trim="-")
 
 
 def with_line(lines: Sequence[Line], line: Line) -> list[Line]:

@@ -1,5 +1,6 @@
 """The printed table: each figure beside its target."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 TARGETS: list[tuple[str, tuple[str, ...], float, bool]] = [
@@ -17,13 +18,19 @@ TARGETS: list[tuple[str, tuple[str, ...], float, bool]] = [
 ]
 
 
+def figure_at(figures: Mapping[str, Any], keys: Sequence[str]) -> Any:
+    """Returns the figure under nested keys; None where a peer that would have given it was skipped."""
+    value: Any = figures
+    for key in keys:
+        value = value.get(key) if value is not None else None
+    return value
+
+
 def verdicts(figures: dict[str, Any]) -> list[dict[str, Any]]:
     """Name, value, target and met (None where a peer was skipped) of each figure that has a target."""
     rows = []
     for name, keys, target, at_most in TARGETS:
-        value: Any = figures
-        for key in keys:
-            value = value.get(key) if value is not None else None
+        value = figure_at(figures, keys)
         met = None if value is None else (value <= target if at_most else value >= target)
         rows.append({"figure": name, "value": value, "target": target, "at_most": at_most, "met": met})
     return rows

@@ -29,6 +29,7 @@ from collplan_core.parameters.file import write_values
 from collplan_core.worlds import World, load_world
 from collplan_ros.bringup.driving import Bringup, wait_until_ready
 from collplan_ros.bringup.options import parse
+from collplan_ros.run.simulated_drive import same_simulated_drive
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
 from collplan_study.report.content import number
@@ -182,14 +183,17 @@ def row_of(case: Case) -> dict[str, Any]:
 
 
 def through_graph(case: Case) -> dict[str, Any]:
-    """The row of a run of bringup, whose robot has as much more mass as its drive is weaker."""
-    believed = SETUPS[case.setup].drive if case.mode == TOLD else RIGHT
-    mass = 1.0 if case.mode == TOLD else RIGHT.max_acceleration / SETUPS[case.setup].drive.max_acceleration
-    learning = {"robot.learning": DRIVE if case.mode == ON else OFF, "simulator.mass_ratio": mass}
-    drive = {"robot.max_acceleration": believed.max_acceleration, "robot.velocity_lag": believed.lag}
+    """The row of a run of bringup; a floor that changes cannot be simulated there."""
+    setup = SETUPS[case.setup]
+    believed = setup.drive if case.mode == TOLD else RIGHT
+    true = case._replace(engine="pymunk").settings(setup.drive)
+    ratios = same_simulated_drive(believed.max_acceleration, believed.lag, true)
+    keys = ("robot.max_acceleration", "robot.velocity_lag", "robot.motion_delay")
+    values = {**SHIPPED, **setup.values, "simulator.mocap_latency": setup.drive.delay, **ratios}
+    values |= {**dict(zip(keys, believed, strict=True)), "robot.learning": DRIVE if case.mode == ON else OFF}
     with TemporaryDirectory() as folder:
         parameters, legs = Path(folder) / "robot.yaml", list[dict[str, Any]]()
-        write_values({**SHIPPED, **drive, **learning}, parameters)
+        write_values(values, parameters)
         asked = ["--world", case.world, "--seed", str(FIRST_SEED + case.number), "--strategy", "bounce"]
         bringup = Bringup(parse([*asked, "--params", str(parameters), "--no-journal", "--out", f"{folder}/runs"]))
         with closing(bringup.folder), bringup:

@@ -42,7 +42,7 @@ def test_pages_and_examples_import_public_names_alone():
 
 
 def is_package(path: str) -> bool:
-    """Whether a source is the first file of a package of src."""
+    """Returns whether a file is the `__init__.py` of a package in src."""
     parts = path.split("/")
     return parts[0] == "src" and len(parts) == 4 and parts[1] == parts[2] and parts[3] == "__init__.py"
 

@@ -7,7 +7,7 @@ MACHINE = {"time": "2026-11-28T12:00:00+00:00", "cpu": "some processor"}
 
 
 def measured(version, cycle, **ratios):
-    """What `make bench` measured, of which the line takes a part."""
+    """Figures as `make bench` writes them, reduced to what a line of history.csv takes."""
     ratios = {"cycle_pruned_vs_unpruned": 0.8612, **ratios}
     of_plans = {"median_us": 7203.4, "p99_us": 12903.1, "n": 90}
     rates = {"trials_per_second": {"harness": 15.0, "bounce": 2.61}, "gym_steps_per_second": 2101.4}

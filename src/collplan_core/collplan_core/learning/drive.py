@@ -19,7 +19,7 @@ told, and the same of the delay [s]."""
 MEANT = 0.5
 """A constant of which less is `known` is not told to a person: its interval may be wrong."""
 WORDS = ("like {:.2f} m/s^2", "with a lag of {:.2f} s", "with a delay of {:.2f} s")
-"""How the three constants are told."""
+"""Forms of the three constants in a sentence."""
 
 
 class Drive(NamedTuple):
