@@ -8,7 +8,7 @@ FIRMWARE = {f"{PACKAGE}.firmware": "firmware", f"{PACKAGE}.firmware.host": "firm
 
 setup(
     name=PACKAGE,
-    version="1.0.0",
+    version="1.1.0",
     description="Serial driver of the Omnipuck",
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",
