@@ -35,8 +35,6 @@ DRIVES = 0.4, 0.8
 STANDS = 0.6
 """For so long the robot stands between a release and resume [s]."""
 SETTINGS = Settings()
-STEP = SETTINGS.robot.max_acceleration / SETTINGS.controller.rate + 1e-6
-"""Largest change of the velocity from one command by hand to the next, unless to rest [m/s]."""
 
 
 Undo = Callable[[LiveGraph], None]
@@ -136,7 +134,9 @@ def has_taken_over(graph: LiveGraph, begun: float) -> Measured:
     number = bisect_right(rows, first, key=lambda row: row.sent) - 1
     pairs = pairwise(rows[max(number - 1, 0) :])
     jump = max(math.hypot(after.x - row.x, after.y - row.y) for row, after in pairs if after.moves)
-    return Measured(first - begun, f"a jump of {jump:.3f} m/s" if jump > STEP else "", stalled)
+    # the drive used may have been learnt, and is another one than is set
+    step = streams.largest_acceleration(begun) / SETTINGS.controller.rate + 1e-6
+    return Measured(first - begun, f"a jump of {jump:.3f} m/s" if jump > step else "", stalled)
 
 
 def give_back(graph: LiveGraph) -> float:

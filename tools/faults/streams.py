@@ -17,8 +17,9 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Empty, String
 
 from collplan_core.clock_steps import SendTimes
+from collplan_core.learning.drive import Drive
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
-from collplan_ros.messages.status_values import values_of
+from collplan_ros.messages.status_values import drive_from_message, values_of
 from collplan_ros.node_kit.inputs import with_info
 
 KEPT = 20_000
@@ -82,6 +83,7 @@ class Streams:
         commands, maneuvers, truth, states, goals, stops, beats, refusals, poses, scans: what came, in the order of
             receipt.
         losses: when the firmware told for how long it was held up so far, and how long [s].
+        drives: the drives that the controller used, and since when each [s].
         health: newest report of each node by its name, with the time it was sent [s, steady clock].
     """
 
@@ -94,6 +96,7 @@ class Streams:
         self.states: deque[Said] = deque(maxlen=KEPT)
         self.goals: deque[Said] = deque(maxlen=KEPT)
         self.stops: deque[WheelStop] = deque(maxlen=KEPT)
+        self.drives: deque[tuple[float, Drive]] = deque(maxlen=KEPT)
         self.losses: deque[tuple[float, float]] = deque(maxlen=KEPT)
         self.beats: deque[float] = deque(maxlen=KEPT)
         self.scans: deque[float] = deque(maxlen=KEPT)
@@ -110,6 +113,7 @@ class Streams:
         self._listen(Empty, "planner/heartbeat", lambda _, sent: self.beats.append(sent), EVENT)
         self._listen(GoalStatus, "goal_status", lambda m, sent: self.goals.append(Said(sent, int(m.status))), LATCHED)
         self._listen(DiagnosticStatus, "robot/state", self._take_state, LATCHED)
+        self._listen(DiagnosticStatus, "controller/drive", self._take_drive, LATCHED)
         self._listen(DiagnosticArray, "/diagnostics", self._take_health, DIAGNOSTICS_SUBSCRIBED)
 
     def _listen(self, kind: type, topic: str, take: Callable[[Any, float], None], qos: QoSProfile) -> None:
@@ -134,6 +138,9 @@ class Streams:
     def _take_state(self, message: DiagnosticStatus, sent: float) -> None:
         self.states.append(Said(sent, values_of(message).get("state"), message.message))
 
+    def _take_drive(self, message: DiagnosticStatus, sent: float) -> None:
+        self.drives.append((sent, drive_from_message(message)))
+
     def _take_health(self, message: DiagnosticArray, sent: float) -> None:
         for status in message.status:
             self.health[status.name.rpartition("/")[2]] = sent, status
@@ -151,6 +158,12 @@ class Streams:
         newest = [rows[-1].sent if rows else -math.inf for rows in (self.commands, self.truth, self.poses)]
         newest += [rows[-1] if rows else -math.inf for rows in (self.beats, self.scans)]
         return now - min(newest)
+
+    def largest_acceleration(self, when: float) -> float:
+        """The largest acceleration of the drives that the controller used since a time [m/s^2]."""
+        rows = list(self.drives)
+        first = max(bisect_right(rows, when, key=lambda row: row[0]) - 1, 0)
+        return max(drive.max_acceleration for _, drive in rows[first:])
 
     def why_mocap_stalled(self, first: float, end: float) -> str:
         """Whether mocap_node stalled once it had stamped the message of time `first`, until `end` [s], in words."""
