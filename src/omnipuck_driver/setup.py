@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Serial driver of the Omnipuck."""
 
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 PACKAGE = "omnipuck_driver"
 FIRMWARE = {f"{PACKAGE}.firmware": "firmware", f"{PACKAGE}.firmware.host": "firmware/host"}
+if not Path("firmware").is_dir():  # colcon builds in a folder of links, without it; it is then found in the sources
+    FIRMWARE = {}
 
 setup(
     name=PACKAGE,
