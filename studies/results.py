@@ -67,8 +67,8 @@ IN_BARN = (
 )
 
 PARTS: Mapping[str, Part] = {
-    "table_1_corridor": Part(7, _in_worlds("corridor", *AT_ONE_PERIOD, trials=500)),
-    "table_1": Part(3, _in_worlds(PAPER_WORLDS, *AT_ONE_PERIOD)),
+    "table_1_corridor": Part(5, _in_worlds("corridor", *AT_ONE_PERIOD, trials=500)),
+    "table_1": Part(2, _in_worlds(PAPER_WORLDS, *AT_ONE_PERIOD)),
     "set_e": Part(3, _in_worlds(PAPER_WORLDS, *AT_ONE_PERIOD, "--set", "local_map.predicted=printed")),
     "set_e_no_floor": Part(
         3,
@@ -78,29 +78,29 @@ PARTS: Mapping[str, Part] = {
             *("--set", "local_map.predicted=printed", "--set", "planner.time_floor=1e-9"),
         ),
     ),
-    "map_periods_corridor": Part(8, _in_worlds("corridor", trials=100)),
-    "map_periods": Part(9, _in_worlds(PERIOD_WORLDS)),
-    "ablations": Part(28, ("--ablations", *_in_worlds(f"corridor,{ABLATION_WORLDS}", trials=2))),
-    "bounces": Part(25, ("--bounces", "--no-ablations")),
-    "bounces_mujoco": Part(10, ("--bounces", "--no-ablations", "--engine", "mujoco", *TWO, "--trials", "1")),
-    "variants": Part(35, ("--bounces", *_in_worlds(VARIED, *TWO))),
-    "lidar_arenas": Part(5, _in_worlds(ARENAS, *AT_ONE_PERIOD, trials=100)),
+    "map_periods_corridor": Part(6, _in_worlds("corridor", trials=100)),
+    "map_periods": Part(6, _in_worlds(PERIOD_WORLDS)),
+    "ablations": Part(16, ("--ablations", *_in_worlds(f"corridor,{ABLATION_WORLDS}", trials=2))),
+    "bounces": Part(18, ("--bounces", "--no-ablations")),
+    "bounces_mujoco": Part(8, ("--bounces", "--no-ablations", "--engine", "mujoco", *TWO, "--trials", "1")),
+    "variants": Part(22, ("--bounces", *_in_worlds(VARIED, *TWO))),
+    "lidar_arenas": Part(4, _in_worlds(ARENAS, *AT_ONE_PERIOD, trials=100)),
     "lidar_arenas_low_cost": Part(
-        7, _in_worlds(ARENAS, *AT_ONE_PERIOD, "--set", "lidar.sensor=low_cost", *MOUNTED, trials=100)
+        5, _in_worlds(ARENAS, *AT_ONE_PERIOD, "--set", "lidar.sensor=low_cost", *MOUNTED, trials=100)
     ),
-    "lidar_paper": Part(6, _in_worlds(PERIOD_WORLDS, *AT_ONE_PERIOD, *BOTH_LIDARS)),
-    "lidar_time_to_goal": Part(11, _in_worlds(TURNS, *TIME_TO_GOAL_ALL, *BOTH_LIDARS)),
+    "lidar_paper": Part(4, _in_worlds(PERIOD_WORLDS, *AT_ONE_PERIOD, *BOTH_LIDARS)),
+    "lidar_time_to_goal": Part(8, _in_worlds(TURNS, *TIME_TO_GOAL_ALL, *BOTH_LIDARS)),
     "range_noise": Part(
-        4, _in_worlds("serpentine:300-311", *TWO_SPREAD, "--set", "lidar.range_noise=0,0.003,0.01", trials=2)
+        3, _in_worlds("serpentine:300-311", *TWO_SPREAD, "--set", "lidar.range_noise=0,0.003,0.01", trials=2)
     ),
     "impact_speed": Part(
-        4, _in_worlds(FOUR_FAMILIES, "--strategies", "bounce", *SPREAD, "--set", "limits.impact_speed=1.2,1,0.8,0.6")
+        3, _in_worlds(FOUR_FAMILIES, "--strategies", "bounce", *SPREAD, "--set", "limits.impact_speed=1.2,1,0.8,0.6")
     ),
 }
 BARN: Mapping[str, Part] = {
-    "barn": Part(40, (*_in_worlds(str(OUT / "barn_worlds")), *IN_BARN, "planner.goal_tolerance=1")),
+    "barn": Part(27, (*_in_worlds(str(OUT / "barn_worlds")), *IN_BARN, "planner.goal_tolerance=1")),
     "barn_narrow": Part(
-        40, (*_in_worlds(str(OUT / "barn_narrow_worlds")), *IN_BARN, f"planner.goal_tolerance={SCALE}")
+        27, (*_in_worlds(str(OUT / "barn_narrow_worlds")), *IN_BARN, f"planner.goal_tolerance={SCALE}")
     ),
 }
 """In the 260 worlds of the data set on which nothing was tuned."""
