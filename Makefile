@@ -26,10 +26,10 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study movers site-runs animation examples frozen messages test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study movers site-runs animation examples frozen messages test test-oldest test-processors soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 24
 
 setup: $(COMPILED)  ## make .venv, or .venv-jazzy where ROS is sourced, and compile the planner
 
@@ -78,6 +78,9 @@ test: $(COMPILED) messages  ## all tests but the long ones
 
 test-oldest:  ## what an older version may lack, on the oldest versions declared, in .venv-oldest
 	@tools/test_oldest.sh $(ARGS)
+
+test-processors: $(COMPILED)  ## core, simulator and what is frozen with other processors' last bits; ARGS="tests/sim" for a part
+	@tools/processors.sh $(ARGS)
 
 soak: $(COMPILED) messages  ## all tests with the long ones, then the core without its compiler: half an hour
 	@failed=0; $(PYTEST) -m "soak or not soak" $(ARGS) || failed=1; \

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
+from shifted_starts import shifted
 
 from collplan_core.parameters import Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.state import State
-from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
@@ -101,8 +101,10 @@ class Watched:
         return max((speed for t, speed in self.hits if not t < self.begun), default=0.0)
 
 
-def watched_trial(lie: Lie | None, world: str, strategy: str, seed: int, **values: object) -> Watched:
-    """A trial in which the ideal LIDAR lies from SPEED on."""
+def watched_trial(
+    lie: Lie | None, world: str, strategy: str, seed: int, shift: float = 0.0, **values: object
+) -> Watched:
+    """A trial in which the ideal LIDAR lies from SPEED on; it starts so far aside [m]."""
     watched, true_scans = Watched(), []
     scan_at, commanded = InstantLidar.scan, TrialRecord.commanded
     first = None
@@ -123,7 +125,7 @@ def watched_trial(lie: Lie | None, world: str, strategy: str, seed: int, **value
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(InstantLidar, "scan", scan)
         patched.setattr(TrialRecord, "commanded", listen)
-        watched.result = run_trial(load_world(world), settings, seed)
+        watched.result = run_trial(shifted(world, shift), settings, seed)
     watched.hits = [(impact.time, impact_speed(impact)) for impact in watched.result.impacts]
     return watched
 

@@ -9,6 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from shifted_starts import each_shift, shifted
 
 import collplan_gym
 from collplan_core.parameters import ParameterError, Settings
@@ -36,13 +37,15 @@ def test_gymnasium_finds_no_fault(world):
     check_env(gymnasium.make(BOUNCE, world=world).unwrapped, skip_render_check=True)
 
 
+@each_shift
 @pytest.mark.parametrize(("strategy", "touches"), [("bounce", True), ("avoid", False)])
-def test_a_strategy_is_a_policy_that_arrives_as_in_a_trial(strategy, touches):
-    env, policy = gymnasium.make(BOUNCE, world="serpentine:2"), collplan_gym.PlannerPolicy(strategy)
+def test_a_strategy_is_a_policy_that_arrives_as_in_a_trial(strategy, touches, shift):
+    world = shifted("serpentine:2", shift)
+    env, policy = gymnasium.make(BOUNCE, world=world), collplan_gym.PlannerPolicy(strategy)
     passed, contacts, arrived = drive(env, policy, seed=3)
     settings = Settings().with_values({"planner.strategy": strategy})
     assert arrived
-    assert passed == pytest.approx(run_trial(load_world("serpentine:2"), settings, 3).arrival_time, rel=0.15)
+    assert passed == pytest.approx(run_trial(world, settings, 3).arrival_time, rel=0.15)
     assert (contacts > 0) == touches
 
 

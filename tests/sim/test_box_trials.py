@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from shifted_starts import each_shift, shifted
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
@@ -11,18 +12,19 @@ OPEN = World("open", (), np.zeros((0, 3)), (-1.0, -1.0, 8.0, 8.0), start=np.zero
 V_MAX = Settings().robot.max_speed
 
 
-def trial(world, shape: str, **values):
+def trial(world, shape: str, shift: float, **values):
     chosen = {key.replace("__", "."): value for key, value in values.items()}
-    return run_trial(world, Settings().with_values({"robot.velocity_shape": shape, **chosen}), seed=1)
+    return run_trial(shifted(world, shift), Settings().with_values({"robot.velocity_shape": shape, **chosen}), seed=1)
 
 
+@each_shift
 @pytest.mark.parametrize("values", [
     {"planner__strategy": "avoid"},
     {"planner__strategy": "bounce", "simulator__engine": "mujoco"},
     {"planner__strategy": "low_risk"},
 ], ids=str)  # fmt: skip
-def test_on_an_open_floors_diagonal_a_box_is_faster_by_the_root_of_2(values):
-    disc, box = (trial(OPEN, shape, **values) for shape in ("disc", "box"))
+def test_on_an_open_floors_diagonal_a_box_is_faster_by_the_root_of_2(values, shift):
+    disc, box = (trial(OPEN, shape, shift, **values) for shape in ("disc", "box"))
     assert disc.reached
     assert box.reached
     cruise = [np.median(np.hypot(*each.trajectory[:, 3:].T)) for each in (disc, box)]
@@ -32,8 +34,9 @@ def test_on_an_open_floors_diagonal_a_box_is_faster_by_the_root_of_2(values):
     assert box.arrival_time < 0.8 * disc.arrival_time
 
 
-def test_bounce_reaches_the_goal_of_a_serpentine():
-    result = trial("serpentine:2", "box", planner__strategy="bounce")
+@each_shift
+def test_bounce_reaches_the_goal_of_a_serpentine(shift):
+    result = trial("serpentine:2", "box", shift, planner__strategy="bounce")
     assert result.reached
     assert result.deliberate.any()
     speeds = np.hypot(*result.commands[:, 1:3].T)

@@ -4,10 +4,10 @@ import sys
 
 import numpy as np
 import pytest
+from shifted_starts import each_shift, shifted
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.worlds import load_world
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial import run_trial
 from physics_scenes import QUIET, make_world, quiet, unit
@@ -23,10 +23,11 @@ def name(request):
     return request.param
 
 
-def test_a_trial_with_mujoco_reaches_its_goal():
+@each_shift
+def test_a_trial_with_mujoco_reaches_its_goal(shift):
     pytest.importorskip("mujoco", reason=MISSING)
     settings = Settings().with_values({"simulator.engine": "mujoco", "planner.strategy": "bounce"})
-    assert run_trial(load_world("corridor"), settings, 3).outcome == "reached"
+    assert run_trial(shifted("corridor", shift), settings, 3).outcome == "reached"
 
 
 def test_equal_seeds_give_equal_runs(name):

@@ -1,19 +1,19 @@
 """Trials of a robot that learns its drive: planner and controller use it, and a replay repeats it to the last bit."""
 
 import pytest
+from shifted_starts import each_shift, shifted
 
 from collplan_core.learning.drive import DELAY_STEP, drive_of
 from collplan_core.parameters import Settings
 from collplan_core.replay.comparison import compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import events_of, rows_of
-from collplan_core.worlds import load_world
 from omnipuck_sim.trial import TrialNodes, run_trial
 
 FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
 
 
-def driven(journal=None, seed=1, world="serpentine:2", **values):
+def driven(shift=0.0, journal=None, **values):
     """The result of a trial, its two loops, and the drives of all plans."""
     made, plans = [], []
 
@@ -29,13 +29,14 @@ def driven(journal=None, seed=1, world="serpentine:2", **values):
 
     chosen = {"planner.strategy": "bounce", "trial.timeout": 8.0, **FEW, **values}
     settings = Settings().with_values({key.replace("__", "."): value for key, value in chosen.items()})
-    result = run_trial(load_world(world), settings, seed, journal=journal, nodes_class=Kept)
+    result = run_trial(shifted("serpentine:2", shift), settings, 1, journal=journal, nodes_class=Kept)
     return result, made[0].loop, plans
 
 
-def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path):
+@each_shift
+def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path, shift):
     path = tmp_path / "trial.jsonl"
-    _, loop, plans = driven(path, simulator__mass_ratio=2.0)
+    _, loop, plans = driven(shift, path, simulator__mass_ratio=2.0)
     in_use, learnt = loop.controller.drive.in_use, loop.controller.drive.learnt
     assert in_use.max_acceleration == pytest.approx(0.75, rel=0.05)
     assert learnt.max_acceleration.low < 0.75 < learnt.max_acceleration.high
@@ -48,8 +49,9 @@ def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path):
         assert found.calls > 100
 
 
-def test_a_right_belief_is_kept():
-    _, loop, _ = driven()
+@each_shift
+def test_a_right_belief_is_kept(shift):
+    _, loop, _ = driven(shift)
     in_use = loop.controller.drive.in_use
     assert in_use.max_acceleration == pytest.approx(1.5, rel=0.05)
     assert in_use.delay <= DELAY_STEP

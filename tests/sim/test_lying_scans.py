@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from lying_scans import LIES, watched_trial, world
+from shifted_starts import each_shift
 
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
@@ -27,24 +28,26 @@ def worst_true_hit(strategy: str, seeds: range) -> float:
     return max(watched_trial(None, world(seed), strategy, seed).worst_hit for seed in seeds)
 
 
-def check(name: str, strategy: str, seeds: range) -> None:
+def check(name: str, strategy: str, seeds: range, shift: float) -> None:
     longest = map_period_of(Settings().with_values({"planner.strategy": strategy}).planner) + 0.2
     worst = worst_true_hit(strategy, seeds)
     for seed in seeds:
-        watched = watched_trial(LIES[name], world(seed), strategy, seed, **SHORT)
+        watched = watched_trial(LIES[name], world(seed), strategy, seed, shift, **SHORT)
         assert np.isfinite(watched.begun), (name, seed)
         assert watched.stood <= longest + 1e-6, (name, seed)
         assert watched.worst_hit <= worst + HIT_MARGIN, (name, seed)
 
 
+@each_shift
 @pytest.mark.parametrize("name", ["nothing near", "frozen", "lost", "late 0.3 s unnoticed"])
-def test_the_robot_stands_in_time(name):
-    check(name, "avoid", range(1))
+def test_the_robot_stands_in_time(name, shift):
+    check(name, "avoid", range(1), shift)
 
 
+@each_shift
 @pytest.mark.parametrize(("sensor", "n"), [("low_cost", 1), *(pytest.param(s, 60, marks=LONG) for s in SENSORS)])
-def test_true_scans_never_hold_the_robot(sensor, n):
+def test_true_scans_never_hold_the_robot(sensor, n, shift):
     strategies = itertools.cycle([*TIME_TO_GOAL, *PAPER_WEIGHTS])
     for seed, strategy in zip(range(n), strategies, strict=False):
-        watched = watched_trial(None, world(seed), strategy, seed, **{"lidar.sensor": sensor})
+        watched = watched_trial(None, world(seed), strategy, seed, shift, **{"lidar.sensor": sensor})
         assert not watched.held, (world(seed), strategy, seed)

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from shifted_starts import each_shift, shifted
 
 from collplan_core.control.motion_monitor import LATE, REVERSED
 from collplan_core.loop.controller_loop import WHY_KIDNAPPED, ControllerLoop
@@ -69,15 +70,16 @@ def watched(monkeypatch):
     return seen
 
 
-def run(world=HALL, strategy="avoid", seed=1, timeout=2.0, **values):
+def run(shift, world=HALL, strategy="avoid", seed=1, timeout=2.0, **values):
     named = {key.replace("__", "."): value for key, value in values.items()}
     settings = Settings().with_values({"planner.strategy": strategy, "trial.timeout": timeout, **named})
-    return run_trial(world, settings, seed)
+    return run_trial(shifted(world, shift), settings, seed)
 
 
+@each_shift
 @pytest.mark.parametrize(("latency", "strategy"), [(0.2, "avoid"), (0.5, "harness")])
-def test_late_poses_stop_it_within_0_3_s_of_its_first_motion(watched, latency, strategy):
-    run(strategy=strategy, simulator__mocap_latency=latency)
+def test_late_poses_stop_it_within_0_3_s_of_its_first_motion(watched, latency, strategy, shift):
+    run(shift, strategy=strategy, simulator__mocap_latency=latency)
     assert watched.last_moving_command <= watched.seen_moving + 0.3
     assert watched.stops[-1]
     assert LATE in watched.kinds
@@ -92,28 +94,31 @@ def turn_commands(monkeypatch, matrix):
     monkeypatch.setattr(Simulator, "command", commanded)
 
 
+@each_shift
 @pytest.mark.parametrize(("angle", "strategy"), [(math.pi / 2, "avoid"), (math.pi, "harness")])
-def test_turned_axes_stop_it_within_0_3_m(watched, monkeypatch, angle, strategy):
+def test_turned_axes_stop_it_within_0_3_m(watched, monkeypatch, angle, strategy, shift):
     c, s = math.cos(angle), math.sin(angle)
     turn_commands(monkeypatch, np.array([[c, -s], [s, c]]))
-    result = run(strategy=strategy)
+    result = run(shift, strategy=strategy)
     assert result.path_length <= 0.3
     assert REVERSED in watched.kinds
 
 
-def test_no_false_stop_with_low_cost_sensors(watched):
-    result = run(load_world("baffles:1000"), "bounce", 3, 6.0, **LOW_COST)
+@each_shift
+def test_no_false_stop_with_low_cost_sensors(watched, shift):
+    result = run(shift, load_world("baffles:1000"), "bounce", 3, 6.0, **LOW_COST)
     assert len(watched.times) > 30
     assert not any(watched.stops)
     assert result.path_length > 1.0
     assert watched.delay == pytest.approx(0.03, abs=0.05)
 
 
-def test_poses_that_are_late_cost_less_where_planner_and_controller_are_told():
+@each_shift
+def test_poses_that_are_late_cost_less_where_planner_and_controller_are_told(shift):
     late = {"simulator__mocap_latency": 0.06, "seed": 5, "timeout": 8.0}
     untold, told = {"robot__learning": "off"}, {"robot__motion_delay": 0.06}
     serpentine = load_world("serpentine:2")
-    lost, known = (run(serpentine, "bounce", **late, **each).arrival_time for each in (untold, told))
+    lost, known = (run(shift, serpentine, "bounce", **late, **each).arrival_time for each in (untold, told))
     assert known < lost - 0.05
 
 
@@ -135,6 +140,7 @@ def with_false_poses(monkeypatch, fault, lasts=math.inf) -> None:
     monkeypatch.setattr(Simulator, "measured_pose", measured)
 
 
+@each_shift
 @pytest.mark.parametrize(
     ("fault", "strategy", "why"),
     [
@@ -145,10 +151,10 @@ def with_false_poses(monkeypatch, fault, lasts=math.inf) -> None:
     ],
 )
 def test_under_false_poses_it_stands_within_0_15_s_and_for_as_long_as_they_last(
-    watched, monkeypatch, fault, strategy, why
+    watched, monkeypatch, fault, strategy, why, shift
 ):
     with_false_poses(monkeypatch, fault)
-    run(strategy=strategy, timeout=2.5)
+    run(shift, strategy=strategy, timeout=2.5)
     times, speeds = np.array(watched.times), np.array(watched.speeds)
     assert speeds[times < FAULT_AT].max() > 0.5
     later = speeds[times > FAULT_AT + LIMIT]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from shifted_starts import each_shift, shifted
 
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_core.parameters import Settings
@@ -23,8 +24,9 @@ CLOSED = room((1.4, 0.0, 1.5, 1.6))
 """No way to the goal."""
 
 
-def trial(strategy: str, solid: World, seed: int = 1):
-    return run_trial(room(), Settings().with_values({"planner.strategy": strategy}), seed, solid=solid)
+def trial(strategy: str, solid: World, shift: float, seed: int = 1):
+    settings = Settings().with_values({"planner.strategy": strategy})
+    return run_trial(shifted(room(), shift), settings, seed, solid=shifted(solid, shift))
 
 
 def was_in_pocket(result) -> bool:
@@ -32,17 +34,19 @@ def was_in_pocket(result) -> bool:
     return bool(((x > 1.25) & (np.abs(y - 0.8) < 0.1)).any())
 
 
-def test_a_robot_in_a_pocket_that_it_does_not_see_backs_out_and_goes_round():
+@each_shift
+def test_a_robot_in_a_pocket_that_it_does_not_see_backs_out_and_goes_round(shift):
     """With so few tries not always: simulated, 12 of 16 with bounce."""
-    result = trial("bounce", POCKET, seed=2)
+    result = trial("bounce", POCKET, shift, seed=2)
     assert was_in_pocket(result)
     assert len(result.impacts) > 0
     assert result.outcome == REACHED
 
 
+@each_shift
 @pytest.mark.parametrize("strategy", ["harness", pytest.param("bounce", marks=pytest.mark.soak)])
-def test_a_robot_that_finds_no_way_gives_up_after_some_tries(strategy):
-    result = trial(strategy, CLOSED)
+def test_a_robot_that_finds_no_way_gives_up_after_some_tries(strategy, shift):
+    result = trial(strategy, CLOSED, shift)
     assert result.outcome == ABORTED
     # it tried at other places than the first
     at_wall = result.trajectory[result.trajectory[:, 1] > 1.25]

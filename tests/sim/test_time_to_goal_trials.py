@@ -9,12 +9,12 @@ from functools import cache
 import numpy as np
 import pytest
 import shapely
+from shifted_starts import each_shift, shifted
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.initial_plans import SWITCH_STEPS
-from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
 from omnipuck_sim.trial_record import TrialResult
 from physics_scenes import RADIUS, make_world
@@ -33,9 +33,11 @@ N_COARSE = [n * len(SWITCH_STEPS) * n for n in (25, 13, 12)]
 
 
 @cache
-def trial(strategy: str, world: str = "", seed: int = 0, known_map: bool = False, timeout: float = 30.0) -> TrialResult:
+def trial(
+    strategy: str, world: str = "", seed: int = 0, known_map: bool = False, timeout: float = 30.0, shift: float = 0.0
+) -> TrialResult:
     values = {"planner.strategy": strategy, "trial.known_map": known_map, "trial.timeout": timeout}
-    return run_trial(load_world(world) if world else TURN, SETTINGS.with_values(values), seed)
+    return run_trial(shifted(world or TURN, shift), SETTINGS.with_values(values), seed)
 
 
 def speeds_into(result: TrialResult) -> np.ndarray:
@@ -49,9 +51,10 @@ def digest(result: TrialResult) -> str:
     return hashlib.sha256(b"".join(part.tobytes() for part in parts) + maneuvers).hexdigest()
 
 
+@each_shift
 @pytest.mark.parametrize("strategy", STRATEGIES)
-def test_every_strategy_gets_round_a_turn_and_measures_its_rebounds(strategy):
-    result = trial(strategy)
+def test_every_strategy_gets_round_a_turn_and_measures_its_rebounds(strategy, shift):
+    result = trial(strategy, shift=shift)
     assert (result.outcome, result.strategy) == (REACHED, strategy)
     assert result.arrival_time < IN_TIME
     # a plan every 50 ms, and at once after a hit
@@ -71,18 +74,21 @@ def test_every_strategy_gets_round_a_turn_and_measures_its_rebounds(strategy):
         assert np.isnan(came) or came == pytest.approx(np.hypot(*impact.velocity_after))
 
 
-def test_bounce_hits_on_purpose_and_foresees_its_rebound_and_avoid_does_not():
-    results = [trial("bounce", "u:3"), trial("bounce")]
+@each_shift
+def test_bounce_hits_on_purpose_and_foresees_its_rebound_and_avoid_does_not(shift):
+    results = [trial("bounce", world, shift=shift) for world in ("u:3", "")]
+    avoid = trial("avoid", shift=shift)
     assert {result.outcome for result in results} == {REACHED}
     assert sum(np.sum(result.deliberate) for result in results) >= 1
     off = np.concatenate([result.rebounds[result.deliberate, 0] for result in results])
     assert np.median(off) < np.radians(15.0)
-    assert trial("avoid").arrival_time > trial("bounce").arrival_time
-    assert not trial("avoid").deliberate.any()
+    assert avoid.arrival_time > results[1].arrival_time
+    assert not avoid.deliberate.any()
 
 
-def test_a_given_map_is_kept_clear_of_from_the_first_plan_on():
-    known = trial("avoid", known_map=True, timeout=2.0)
+@each_shift
+def test_a_given_map_is_kept_clear_of_from_the_first_plan_on(shift):
+    known = trial("avoid", known_map=True, timeout=2.0, shift=shift)
     solid = shapely.union_all([shapely.box(*TURN.bounds).exterior, *map(shapely.Polygon, TURN.polygons)])
     assert shapely.LineString(known.plans[0]).distance(solid) > RADIUS - 0.01
     assert np.hypot(*(known.plans[0][-1] - TURN.goal)) <= SETTINGS.planner.goal_tolerance
@@ -116,9 +122,11 @@ POSTS = replace(
 """Posts across a room; between two of them are 20 mm more than the robot is wide. Poses have 2 mm of noise."""
 
 
+@each_shift
 @pytest.mark.parametrize("strategy", ["avoid", "bounce"])
-def test_a_gap_hardly_wider_than_the_robot_is_passed_where_there_is_no_other_way(strategy):
-    result = run_trial(POSTS, SETTINGS.with_values({"planner.strategy": strategy, "trial.timeout": 20.0}), 1)
+def test_a_gap_hardly_wider_than_the_robot_is_passed_where_there_is_no_other_way(strategy, shift):
+    settings = SETTINGS.with_values({"planner.strategy": strategy, "trial.timeout": 20.0})
+    result = run_trial(shifted(POSTS, shift), settings, 1)
     assert result.outcome == REACHED
 
 

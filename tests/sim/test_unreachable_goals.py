@@ -1,6 +1,7 @@
 """Goals that cannot be reached are given up with a reason, and those that only look so are reached."""
 
 import pytest
+from shifted_starts import each_shift, shifted
 
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_core.parameters import Settings
@@ -67,14 +68,15 @@ MORE = {
 }
 
 
+@each_shift
 @pytest.mark.parametrize(
     ("world", "strategy", "end", "longest"),
     [pytest.param(*case, id=name) for name, case in CASES.items()]
     + [pytest.param(*case, id=name, marks=soak) for name, case in MORE.items()],
 )
-def test_a_goal_is_reached_or_given_up_with_a_reason_before_long(world, strategy, end, longest):
+def test_a_goal_is_reached_or_given_up_with_a_reason_before_long(world, strategy, end, longest, shift):
     settings = Settings().with_values({"planner.strategy": strategy, "trial.timeout": 100.0})
-    result = run_trial(world, settings, seed=0)
+    result = run_trial(shifted(world, shift), settings, seed=0)
     assert result.outcome == (REACHED if end == REACHED else ABORTED), result.reason
     assert end == REACHED or end in result.reason
     assert result.path_length < longest

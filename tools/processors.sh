@@ -1,0 +1,22 @@
+#!/bin/sh
+# processors.sh [PYTEST ARGUMENT...]: tests with the last bits of other processors, three times: with all that this one
+# has; with numpy's and OpenBLAS's code for an old one; with an old one's code of the C library and of numba, which
+# compiles anew the first time. The tests that pytest is given, or those of the core, of the simulator and what is frozen.
+set -u
+cd "$(dirname "$0")/.."
+python=$VENV/bin/python
+dispatched='from numpy._core._multiarray_umath import __cpu_dispatch__ as names; print(",".join(names))'
+failed=0
+
+with() {
+    echo "$1:"
+    shift
+    env "$@" || failed=1
+}
+
+[ $# -gt 0 ] || set -- tests/core tests/sim tests/frozen
+set -- "$python" -m pytest -n 2 --dist loadfile "$@"
+with "all that this processor has" "$@"
+with "numpy and OpenBLAS for an old one" NPY_DISABLE_CPU_FEATURES="$("$python" -c "$dispatched")" OPENBLAS_CORETYPE=Nehalem "$@"
+with "C library and numba for an old one" GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA NUMBA_CPU_NAME=generic "$@"
+exit $failed
