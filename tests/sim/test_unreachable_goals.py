@@ -1,15 +1,19 @@
 """Goals that cannot be reached are given up with a reason, and those that only look so are reached."""
 
+import re
+
 import pytest
 from shifted_starts import each_shift, shifted
 
-from collplan_core.evaluation.run_end import ABORTED, REACHED
+from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World, parse_world
 from omnipuck_sim.trial import run_trial
 
 Box = tuple[float, float, float, float]
 CLOSED, NO_NEARER = "closed off", "without coming nearer"
+STANDS = f"{CLOSED}|less than 0.05 m away within"
+"""With 2 mm of noise in the poses so narrow a door seems now closed, now open: a robot may stand before it."""
 
 
 def room(size: float, start: tuple[float, float], goal: tuple[float, float], *boxes: Box) -> World:
@@ -47,7 +51,8 @@ soak = pytest.mark.soak
 CASES = {
     "closed box of 3 m": (BOX, "bounce", CLOSED, 20.0),
     "the same, no memory": (BOX, "harness", NO_NEARER, 40.0),
-    "door 5 mm too narrow": (door(0.175), "avoid", CLOSED, 15.0),
+    "door 5 mm too narrow": (door(0.175), "avoid", STANDS, 15.0),
+    "door 15 mm too narrow": (door(0.165), "avoid", CLOSED, 15.0),
     "door 5 mm wider than the robot": (door(0.185), "avoid", REACHED, 5.0),
     "gap 1 cm too narrow": (CORNERS, "avoid", CLOSED, 6.0),
     "pocket 4 m deep": (pocket(4.0), "bounce", REACHED, 20.0),
@@ -59,8 +64,8 @@ MORE = {
     "closed box, avoid": (BOX, "avoid", CLOSED, 20.0),
     "slot": (SLOT, "bounce", CLOSED, 20.0),
     "slot, no memory": (SLOT, "low_risk", NO_NEARER, 60.0),
-    "door, bounce": (door(0.175), "bounce", CLOSED, 15.0),
-    "door 15 mm too narrow": (door(0.165), "bounce", CLOSED, 15.0),
+    "door, bounce": (door(0.175), "bounce", STANDS, 15.0),
+    "door 15 mm too narrow, bounce": (door(0.165), "bounce", CLOSED, 15.0),
     "gap, bounce": (CORNERS, "bounce", CLOSED, 6.0),
     "pocket, avoid": (pocket(4.0), "avoid", REACHED, 20.0),
     "1 cm from a wall": (at_wall(0.01), "avoid", REACHED, 6.0),
@@ -77,6 +82,7 @@ MORE = {
 def test_a_goal_is_reached_or_given_up_with_a_reason_before_long(world, strategy, end, longest, shift):
     settings = Settings().with_values({"planner.strategy": strategy, "trial.timeout": 100.0})
     result = run_trial(shifted(world, shift), settings, seed=0)
-    assert result.outcome == (REACHED if end == REACHED else ABORTED), result.reason
-    assert end == REACHED or end in result.reason
+    ends = {REACHED: (REACHED,), STANDS: (ABORTED, STUCK)}.get(end, (ABORTED,))
+    assert result.outcome in ends, result.reason
+    assert end == REACHED or re.search(end, result.reason)
     assert result.path_length < longest
