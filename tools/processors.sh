@@ -8,15 +8,23 @@ python=$VENV/bin/python
 dispatched='from numpy._core._multiarray_umath import __cpu_dispatch__ as names; print(",".join(names))'
 failed=0
 
-with() {
+run() {
     echo "$1:"
     shift
-    env "$@" || failed=1
+    # before the tests, whose time is limited
+    "$python" -m collplan_core.warm_up
+    "$python" -m pytest -n 2 --dist loadfile "$@"
 }
 
 [ $# -gt 0 ] || set -- tests/core tests/sim tests/frozen
-set -- "$python" -m pytest -n 2 --dist loadfile "$@"
-with "all that this processor has" "$@"
-with "numpy and OpenBLAS for an old one" NPY_DISABLE_CPU_FEATURES="$("$python" -c "$dispatched")" OPENBLAS_CORETYPE=Nehalem "$@"
-with "C library and numba for an old one" GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA NUMBA_CPU_NAME=generic "$@"
+run "all that this processor has" "$@" || failed=1
+(
+    NPY_DISABLE_CPU_FEATURES=$("$python" -c "$dispatched")
+    export NPY_DISABLE_CPU_FEATURES OPENBLAS_CORETYPE=Nehalem
+    run "numpy and OpenBLAS for an old one" "$@"
+) || failed=1
+(
+    export GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA NUMBA_CPU_NAME=generic
+    run "C library and numba for an old one" "$@"
+) || failed=1
 exit $failed

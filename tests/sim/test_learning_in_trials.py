@@ -52,7 +52,7 @@ def test_a_load_is_learnt_within_seconds_planned_with_and_replayed(tmp_path, shi
 
 
 def test_a_right_belief_is_kept():
-    """After 5 s a single run may use a lag of 0.15 s: it lies within its interval. The middle of nine runs is near 0.1 s."""
+    """Within 5 s one run may come to a lag of 0.15 s, which its interval allows; the middle of nine is near 0.1 s."""
     lags = []
     for seed in (1, 2, 3):
         for shift in SHIFTS.values():
