@@ -6,7 +6,7 @@ from typing import Any
 from collplan_study.main import main
 from study_runs import table
 
-GRID = ["--worlds", "corridor,random:3,u:2", "--strategies", "harness,low_risk,bounce,avoid,tolerate", "--trials", "4"]
+GRID = ["--worlds", "corridor,random:3,u:4", "--strategies", "harness,low_risk,bounce,avoid,tolerate", "--trials", "4"]
 OPTIONS = ["--map-periods", "0.2", "--seed", "11", "--set", "trial.timeout=4", "--no-report"]
 
 
