@@ -47,7 +47,6 @@ setup(
             "teleop_node = collplan_ros.executables:teleop_node",
             "view_node = collplan_ros.executables:view_node",
             "bringup = collplan_ros.executables:bringup",
-            "fit_robot = collplan_ros.executables:fit_robot",
             "replay = collplan_ros.executables:replay",
             "beside = collplan_ros.executables:beside",
         ],

@@ -24,7 +24,7 @@ SOURCES = {path: (ROOT / path).read_text() for path in FILES if path.endswith(".
 EVERYTHING = "\n".join(SOURCES.values())
 OF_THE_READER = {
     "first.py",
-    *(f"{name}.yaml" for name in ("lab", "base", "fitted", "floor", "spread", "my_arena", "my_room")),
+    *(f"{name}.yaml" for name in ("lab", "base", "floor", "spread", "my_arena", "my_room")),
 }
 OF_BASES = {"/cmd_vel", "/fault", "/odom", "/scan"}
 """Topics of a robot that takes velocities."""
@@ -82,7 +82,7 @@ PACKAGES = {"joy_node": "joy", "tf2_echo": "tf2_ros", "compare_engines": "studie
 """Of each executable."""
 SHELL = {"cd", "export", "git", "source", "rviz2", "python", "ros2"}
 HEADS = re.compile(
-    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|replay|"
+    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|replay|"
     r"\.venv/bin/[a-z_]+)( |$)"
 )
 
