@@ -44,7 +44,6 @@ setup(
             "lidar_node = collplan_ros.executables:lidar_node",
             "planner_node = collplan_ros.executables:planner_node",
             "controller_node = collplan_ros.executables:controller_node",
-            "teleop_node = collplan_ros.executables:teleop_node",
             "view_node = collplan_ros.executables:view_node",
             "bringup = collplan_ros.executables:bringup",
             "replay = collplan_ros.executables:replay",

@@ -73,7 +73,7 @@ OF_RECEIVERS = {
     for path in ROOT.glob("src/collplan_ros/collplan_ros/config/mocap_*.yaml")
 }
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-PACKAGES = {"joy_node": "joy", "tf2_echo": "tf2_ros", "compare_engines": "studies"} | {
+PACKAGES = {"tf2_echo": "tf2_ros", "compare_engines": "studies"} | {
     name: path.split("/")[1]
     for path in FILES
     if re.fullmatch(r"src/\w+/\w+/executables\.py", path)
