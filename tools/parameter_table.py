@@ -17,7 +17,7 @@ HEAD = "| key | default | unit | range | live | what |\n|---|---|---|---|---|---
 SECTIONS = {
     "robot": "Robot, planners, controller, limits",
     "mocap": "Sensors and simulation",
-    "kinematics": "Driver, firmware, live page, joystick, end of a run",
+    "kinematics": "Driver, firmware, live page, end of a run",
 }
 """Title of the table that begins with this group."""
 

@@ -15,8 +15,7 @@ drive() {
 }
 play() {
     drive "$@"
-    # of two robots the first
-    cp "$runs/$1"/robot1/latest/run.html "$runs/pages/$1.html" 2>/dev/null || cp "$runs/$1/latest/run.html" "$runs/pages/$1.html"
+    cp "$runs/$1/latest/run.html" "$runs/pages/$1.html"
 }
 
 drive avoid --world "$SERPENTINE" --strategy avoid --no-pictures
@@ -26,7 +25,6 @@ play u --world u:17 --strategy bounce
 play clutter --world random:7 --strategy bounce
 play corridor --world corridor --strategy harness
 play crossing --world examples/crossing.yaml --strategy bounce
-play robots --world slalom --strategy bounce --robots 2
 
 size=$(cat "$runs"/pages/*.html | wc -c)
 [ "$size" -le "$largest" ] || {

@@ -2,14 +2,16 @@
 
 import pytest
 
-from documents import ROOT, SERVICES, TOPICS, blocks, listed, untrue
+from documents import ROOT, SERVICES, TOPICS, blocks, listed, untrue, wrong_links
 
 DOCUMENTS = sorted(path for each in ("*.md", "docs/**/*.md", "benchmarks/*.md") for path in ROOT.glob(each))
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_what_a_document_names_is_there(document):
-    assert untrue(document.read_text(encoding="utf-8"), document.parent) == []
+    # what has gone is named there
+    wrong = wrong_links if document.name == "CHANGELOG.md" else untrue
+    assert wrong(document.read_text(encoding="utf-8"), document.parent) == []
 
 
 def test_every_topic_and_service_is_listed():

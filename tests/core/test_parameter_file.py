@@ -110,6 +110,19 @@ def in_every_node(text: str) -> str:
     return "/**:\n  ros__parameters:\n    " + text
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("teleop: {deadzone: 0.2}", "teleop.deadzone: no longer a parameter"),
+        ("teleop: {deadzone: 0.2, rate: 20.0}", "teleop.deadzone and 1 more: no longer a parameter"),
+        ("simulator.patience: 2.0\nteleop_node: {ros__parameters: {robot.mass: 0.2}}", "simulator.patience: no"),
+    ],
+)
+def test_a_file_with_removed_parameters_is_read_with_a_sentence(tmp_path, caplog, text, said):
+    assert read(tmp_path, in_every_node(f"robot.radius: 0.1\n    {text}")) == {"robot.radius": 0.1}
+    assert [f"{tmp_path / 'parameters.yaml'}: {said}" in message for message in caplog.messages] == [True]
+
+
 BAD = {
     "a key that is gone": (in_every_node("time_to_goal.speed_limit: 1.3"), ["no longer", "limits.impact_speed"]),
     "no effect": (in_every_node("qos_overrides./plan.publisher.depth: 9"), ["publisher.depth: has no"]),

@@ -1,7 +1,7 @@
 """What a node says at the terminal about the topics it listens to."""
 
 import pytest
-from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped, Vector3
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from ros_fixture import RosGraph
@@ -19,7 +19,6 @@ from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
-from collplan_ros.nodes.teleop_node import TeleopNode
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
@@ -104,7 +103,6 @@ WRONG_TYPES = (
     (PlannerNode, "impact", Vector3, "Vector3Stamped"),
     (MocapNode, "mocap/pose", PoseWithCovarianceStamped, "PoseStamped"),
     (LidarNode, "mocap/odom", PoseStamped, "Odometry"),
-    (TeleopNode, "joy", Twist, "sensor_msgs/msg/Joy"),
     (ControllerNode, "robot/resumed", String, "std_msgs/msg/Empty"),
     (ControllerNode, "mocap/refused", PoseStamped, "std_msgs/msg/String"),
     (PlannerNode, "scan", PointCloud2, "sensor_msgs/msg/LaserScan"),

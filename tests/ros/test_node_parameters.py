@@ -6,6 +6,7 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from terminal import Terminal
 
 from collplan_core.parameters import GROUPS, Limits, Mocap, Robot, Settings
 from collplan_core.parameters.file import read_parameters, write_values
@@ -102,6 +103,14 @@ def test_a_list_of_a_parameter_file_is_read_an_empty_one_too(ros, tmp_path):
         write_values({"limits.fence": list(fence)}, path)
         node = ros.make(lambda **kwargs: Declaring((Limits,), cli_args=arguments, **kwargs))
         assert read_settings(node, Limits).limits.fence == fence
+
+
+def test_removed_parameters_in_a_node_s_file_are_named_and_nothing_else(ros, tmp_path):
+    terminal, path = Terminal(ros), tmp_path / "lab.yaml"
+    write_values({"teleop.deadzone": 0.2, "robot.radius": 0.1}, path)
+    node = ros.make(lambda **kwargs: Declaring(cli_args=["--ros-args", "--params-file", str(path)], **kwargs))
+    assert read_settings(node, Robot, Mocap).robot.radius == 0.1
+    assert terminal.has(node, "teleop.deadzone: no longer a parameter, has no effect")
 
 
 TEXTS = (

@@ -1,6 +1,5 @@
 """What is typed to bringup and what it prints: options, the line that repeats a run, progress, laps."""
 
-import io
 import itertools
 import shlex
 import time
@@ -15,7 +14,6 @@ from collplan_ros.bringup import driving
 from collplan_ros.bringup.driving import EMERGENCY_STOP, Bringup
 from collplan_ros.bringup.main import repeating
 from collplan_ros.bringup.options import Options, parse
-from collplan_ros.bringup.progress import Progress
 
 
 def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):
@@ -48,21 +46,6 @@ def test_what_is_typed_is_taken_or_refused_by_its_name(capsys):
         assert option.strip("-") in said
         assert all(each in said for each in wrong)
         assert "expected" in said
-
-
-def test_what_is_said_of_one_robot_among_others_begins_with_its_name():
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    screen = Terminal()
-    for name in ("robot1", "robot2"):
-        progress = Progress(screen, name)
-        progress.show(1.26, 0.5, "free_space", 2)
-        progress.say("the goal is near")
-    lines = screen.getvalue().splitlines()
-    assert [line.partition(": ")[0] for line in lines] == ["robot1", "robot1", "robot2", "robot2"]
-    assert lines[2] == "robot2:    1.2 s   0.50 m to the goal  free_space          impacts 2"
 
 
 # ---- there and back: which ends come when, and what a person may do in between

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from collplan_ros.fit.fit_robot import main as fit_robot
-from collplan_ros.replay.main import REFUSED, SAME
+from collplan_ros.replay.main import SAME
 from collplan_ros.replay.main import main as replay
 from collplan_ros.run.completion import complete
 from collplan_ros.run.page.beside import main as beside
@@ -107,8 +106,6 @@ def test_the_script_of_examples_says_that_a_recording_is_cut(cut, monkeypatch, c
     assert "run.mcap: has no end, it is cut off" in capsys.readouterr().out
 
 
-def test_the_page_and_the_fit_of_a_cut_run_say_so(cut, capsys):
-    folder = cut("run.mcap", "half")
-    for program, code in ((lambda: replay(["--page", str(folder)]), SAME), (lambda: fit_robot([str(folder)]), REFUSED)):
-        assert program() == code
-        assert "recording is cut off" in capsys.readouterr().out
+def test_the_page_of_a_cut_run_says_so(cut, capsys):
+    assert replay(["--page", str(cut("run.mcap", "half"))]) == SAME
+    assert "recording is cut off" in capsys.readouterr().out

@@ -4,15 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from collplan_core.impact import POSES, SIMULATED
 from collplan_core.plan import Contacts
-from collplan_ros.fit.recorded_impacts import nearest_surface
 from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.run_log import RunLog
-from made_runs import EPOCH, HIT, HIT_AT, SPEED, WALL, WINDOW, bouncing_run, detected_only, room
+from made_runs import EPOCH, HIT, HIT_AT, SPEED, WALL, WINDOW, bouncing_run, detected_only
 
 
 def test_an_impact_is_the_simulated_one_or_without_the_truth_the_measured_one():
@@ -49,18 +46,3 @@ def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
     # the last one before the hit no longer expects it
     log.plans[EPOCH + 0.98] = Contacts.none()
     assert impacts_of(log, WINDOW).verdicts.foreseen.tolist() == [False]
-
-
-@given(st.floats(-1.99, 2.49), st.floats(-1.49, 1.49))
-@settings(derandomize=True, deadline=None, max_examples=30)
-def test_the_nearest_surface_is_shapelys(x, y):
-    import shapely
-
-    block, circle = shapely.Polygon(room().polygons[0]), shapely.Point(-1.0, 0.5).buffer(0.2, quad_segs=512)
-    here = shapely.Point(x, y)
-    if block.distance(here) < 1e-6 or circle.distance(here) < 1e-6:
-        return
-    point, normal = nearest_surface(room(), np.array([x, y]))
-    distance = min(shape.distance(here) for shape in (block, circle, shapely.box(*room().bounds).exterior))
-    assert np.hypot(*(point - [x, y])) == pytest.approx(distance, abs=1e-5)
-    assert point + distance * normal == pytest.approx([x, y], abs=1e-5)

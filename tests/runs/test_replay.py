@@ -81,8 +81,6 @@ def test_a_recording_that_is_cut_off_is_not_replayed_as_a_whole_one(rows, tmp_pa
     path.write_bytes(held[: -(lost if isinstance(lost, int) else int(lost * len(held)))])
     assert main([str(tmp_path)]) == INTERRUPTED
     assert "has no end, it is cut off after" in capsys.readouterr().out
-    assert main([str(tmp_path), "--strategy", "avoid"]) == INTERRUPTED
-    assert "has no end, it is cut off after" in capsys.readouterr().out
 
 
 def test_a_trials_journal_whose_last_line_is_cut_off_is_not_replayed_as_a_whole_one(journal, tmp_path, capsys):
@@ -135,19 +133,3 @@ def test_what_is_no_journal_is_refused_in_one_line(rows, replay, tmp_path, capsy
     for name, words in (("gone.jsonl",) * 2, ("gone.mcap",) * 2, ("gone", "gone"), ("empty", "run.mcap")):
         assert main([str(tmp_path / name)]) == REFUSED, name
         assert words in capsys.readouterr().err
-
-
-def test_another_strategy_is_printed_as_a_table_up_to_a_gap(rows, replay):
-    code, said, _ = replay(rows, "--strategy", "bounce")
-    head, columns, *table = said.splitlines()
-    assert (code, head.split()) == (SAME, ["harness", "bounce"])
-    assert columns.split() == ["t", "[s]", *2 * ["ends", "length", "left", "contact"]]
-    times = [float(row.split()[0]) for row in table]
-    assert len(times) >= 8
-    assert (times[0], times) == (0.0, sorted(times))
-    code, said, _ = replay(without(rows, PLANNER, 8), "--strategy", "low_risk")
-    *_, last, end = said.splitlines()
-    assert (code, end.startswith("ends")) == (INTERRUPTED, True)
-    assert float(last.split()[0]) > 0.5
-    with pytest.raises(SystemExit, match=str(REFUSED)):
-        replay(rows, "--strategy", "teleport")

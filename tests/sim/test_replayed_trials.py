@@ -10,7 +10,6 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.replay.comparison import Comparison, Difference, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
-from collplan_core.replay.other_strategy import plans_beside
 from collplan_core.replay.reading import Call, events_of, rows_of
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.worlds import load_world
@@ -91,21 +90,6 @@ def test_the_journal_changes_nothing(tmp_path):
     settings = Settings().with_values({"planner.strategy": "bounce", "trial.timeout": 1.0, **FEW})
     one, other = (run_trial(load_world("u:17"), settings, 1, journal=path) for path in (tmp_path / "one", None))
     np.testing.assert_array_equal(one.trajectory, other.trajectory)
-
-
-# ---- another strategy
-
-
-def test_another_strategy_plans_at_the_same_moments(lines):
-    rows = rows_of(lines, "")
-    found = plans_beside(events_of(rows, PLANNER), "avoid").moments
-    both = [(moment.own, moment.other) for moment in found if moment.own and moment.other]
-    assert len(both) > 0.8 * len(found) > 8
-    assert any(own != other for own, other in both)
-    assert sum(own.first_contact is not None for own, _ in both) > sum(o.first_contact is not None for _, o in both)
-    for own, other in both:
-        assert min(own.duration, other.duration) > 0.0
-        assert max(own.left, other.left) < 3.0
 
 
 # ---- long

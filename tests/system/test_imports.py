@@ -23,7 +23,7 @@ WITH_ROS_IN_SIM = {
 }
 WITH_ROS_IN_RUNS = {"collplan_ros.run.recorder"}
 WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "topics")}
-READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("run", "fit", "replay", "view"))
+READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("run", "replay", "view"))
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {
     "cobs": "python-cobs-pip",

@@ -28,7 +28,7 @@ class BaseGraph(LiveGraph):
     """A bench: its robot is another process, which bringup knows by its topics alone."""
 
     ends = np.array(HALL.start), np.array(HALL.goals[0])
-    fast, strategy, extra = 0.7, "avoid", ()
+    fast, strategy = 0.7, "avoid"
 
     def _options(self, robot: str, folder: Path) -> Options:
         file = folder / "parameters.yaml"

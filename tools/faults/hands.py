@@ -1,35 +1,34 @@
-"""A person's hand on a joystick: it takes the robot over, lets go, dies on the way, and gives the robot back."""
+"""A person's hand: it takes the robot over, lets go, falls silent, and gives the robot back."""
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable
 from itertools import pairwise
 
-from sensor_msgs.msg import Joy
+from geometry_msgs.msg import Twist
 
 from collplan_core.command import HAND
-from collplan_core.control.joystick import RELEASED_FOR
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import NEWEST
 from faults.bench import BenchError
 from faults.fault import Act, Fault, Measured
-from faults.live_graph import ANSWER, TELEOP, LiveGraph
+from faults.live_graph import ANSWER, LiveGraph
 from faults.stands import WAIT, Measure, commanded_to_stand
 from faults.stops import COMMANDER, SecondPublisher
 from faults.streams import why_stalled
 
 RELEASED = 0.12
-"""Longest time from the release of the dead-man button to zero: a control period, and what two messages take [s]."""
+"""Longest time from a hand's zero to the controller's: a control period, and what two messages take [s]."""
 TAKEN = 0.2
-"""Longest time from the press of the dead-man button to the first command by hand [s]: the very first one of a sender
-is left out, and the next comes with the joystick's next message."""
+"""Longest time from a hand's first message, which is left out, to the first command by hand [s]."""
 BACK = 0.4
-"""Longest time from the resume button to the planner's first command that moves: a service, a message, a period [s]."""
+"""Longest time from the call of resume to the planner's first command that moves: a message, a period [s]."""
 SILENT = 0.32
-"""Longest time from the last message of joystick or teleop_node to zero: teleop.joy_age or limits.hand_age, two
-periods, and what two messages take [s]."""
+"""Longest time from a hand's last message to zero: limits.hand_age, two periods, and what two messages take [s]."""
 PERIOD = 0.05
-"""Of the joystick's messages, as joy_node repeats them [s]."""
+"""Of a hand's messages, as joy_node repeats those of a joystick [s]."""
+SPEED = 0.3
+"""Of the robot by hand [m/s]."""
+TOPIC = "hand/cmd_vel"
 DRIVES = 0.4, 0.8
 """For so long a hand drives [s]."""
 STANDS = 0.6
@@ -37,48 +36,48 @@ STANDS = 0.6
 SETTINGS = Settings()
 
 
-Undo = Callable[[LiveGraph], None]
-
-
-class Joystick:
-    """A pad with the buttons as shipped, in the bench's own process."""
+class Hand:
+    """Commands by hand, from the bench's own process."""
 
     def __init__(self) -> None:
-        self._message = Joy()
+        self._message = Twist()
 
-    def plug_in(self, graph: LiveGraph) -> None:
-        """Sends from now on, with nothing pressed, until teleop_node has seen that for long enough.
+    def come(self, graph: LiveGraph) -> None:
+        """Is there from now on, without a command.
 
         Raises:
             BenchError: nobody listens.
         """
-        self._publisher = graph.listener.node.create_publisher(Joy, "joy", NEWEST)
-        self._message = Joy(axes=[0.0] * 6, buttons=[0] * 11)
+        self._publisher = graph.listener.node.create_publisher(Twist, TOPIC, NEWEST)
         if not graph.until(lambda: self._publisher.get_subscription_count() > 0, ANSWER):
-            raise BenchError("teleop_node does not listen to joy")
-        graph.repeat(PERIOD, self.send)
-        graph.pause(RELEASED_FOR + 4 * PERIOD)
+            raise BenchError(f"controller_node does not listen to {TOPIC}")
 
     def send(self) -> None:
         self._publisher.publish(self._message)
 
-    def show(self, graph: LiveGraph, left: float = 0.0, dead_man: bool = False, resume: bool = False) -> float:
-        """Moves the stick and presses or releases buttons, and sends that; returns when [s, steady clock]."""
-        teleop = SETTINGS.teleop
-        self._message.axes[teleop.left_axis] = left
-        self._message.buttons[teleop.dead_man_button] = int(dead_man)
-        self._message.buttons[teleop.resume_button] = int(resume)
+    def push(self, graph: LiveGraph) -> float:
+        """Commands the robot to the left from now on; returns since when [s, steady clock]."""
+        self._message.linear.y = SPEED
+        begun = graph.now()
+        graph.repeat(PERIOD, self.send)
+        self.send()
+        return begun
+
+    def let_go(self, graph: LiveGraph) -> float:
+        """Sends a zero, and then nothing; returns when [s, steady clock]."""
+        graph.repeat(PERIOD, None)
+        self._message.linear.y = 0.0
         begun = graph.now()
         self.send()
         return begun
 
-    def unplug(self, graph: LiveGraph) -> None:
+    def go(self, graph: LiveGraph) -> None:
         """Sends no more."""
         graph.repeat(PERIOD, None)
         graph.listener.node.destroy_publisher(self._publisher)
 
 
-joystick = Joystick()
+hand = Hand()
 
 
 def drive(graph: LiveGraph) -> None:
@@ -87,8 +86,8 @@ def drive(graph: LiveGraph) -> None:
     Raises:
         BenchError: it does not have the robot then.
     """
-    joystick.plug_in(graph)
-    joystick.show(graph, left=1.0, dead_man=True)
+    hand.come(graph)
+    hand.push(graph)
     graph.pause(graph.chance.uniform(*DRIVES))
     if graph.streams.maneuvers[-1].what != HAND:
         raise BenchError(f"a hand does not have the robot: {graph.described()}")
@@ -96,28 +95,20 @@ def drive(graph: LiveGraph) -> None:
 
 def release(graph: LiveGraph) -> float:
     drive(graph)
-    return joystick.show(graph)
+    return hand.let_go(graph)
 
 
 def fall_silent(graph: LiveGraph) -> float:
     drive(graph)
-    begun = joystick.show(graph, left=1.0, dead_man=True)
+    begun = hand.push(graph)
     graph.repeat(PERIOD, None)
     return begun
 
 
-def drive_and(act: str) -> Act:
-    def acting(graph: LiveGraph) -> float:
-        drive(graph)
-        return getattr(graph, act)(TELEOP)
-
-    return acting
-
-
-def press(graph: LiveGraph) -> float:
-    joystick.plug_in(graph)
+def take_over(graph: LiveGraph) -> float:
+    hand.come(graph)
     graph.pause(graph.chance.uniform(0.0, PERIOD))
-    return joystick.show(graph, left=1.0, dead_man=True)
+    return hand.push(graph)
 
 
 def has_taken_over(graph: LiveGraph, begun: float) -> Measured:
@@ -143,7 +134,10 @@ def give_back(graph: LiveGraph) -> float:
     release(graph)
     graph.rest()
     graph.pause(STANDS)
-    return joystick.show(graph, resume=True)
+    begun = graph.now()
+    if not graph.trigger("resume"):
+        raise BenchError(f"resume is refused: {graph.described()}")
+    return begun
 
 
 def has_been_given_back(graph: LiveGraph, begun: float) -> Measured:
@@ -163,26 +157,26 @@ def has_been_given_back(graph: LiveGraph, begun: float) -> Measured:
     return Measured(None if moves is None else moves - begun, missed, stalled)
 
 
-def unplug_and(act: str) -> Undo:
-    def undo(graph: LiveGraph) -> None:
-        joystick.unplug(graph)
-        getattr(graph, act)(TELEOP)
-
-    return undo
+def second_comes(graph: LiveGraph) -> float:
+    hand.come(graph)
+    return second.begin(graph)
 
 
-def hand(name: str, limit: float, act: Act, measure: Measure, undo: Undo = joystick.unplug) -> Fault:
-    return Fault(name, "simulator", limit, act, measure, undo, long=200)
+def both_go(graph: LiveGraph) -> None:
+    second.end(graph)
+    hand.go(graph)
+
+
+def by_hand(name: str, limit: float, act: Act, measure: Measure) -> Fault:
+    return Fault(name, "simulator", limit, act, measure, hand.go, long=200)
 
 
 stands = commanded_to_stand(0.6)
-second = SecondPublisher("hand/cmd_vel")
+second = SecondPublisher(TOPIC)
 FAULTS = [
-    hand("dead-man button released", RELEASED, release, stands),
-    hand("joystick silent while a hand drives", SILENT, fall_silent, stands),
-    hand("teleop_node frozen while a hand drives", SILENT, drive_and("freeze"), stands, unplug_and("thaw")),
-    hand("teleop_node killed while a hand drives", SILENT, drive_and("kill"), stands, unplug_and("restart")),
-    Fault("second publisher on hand/cmd_vel", "simulator", COMMANDER, second.begin, stands, second.end, long=50),
-    hand("a hand takes over: time until its first command, without a jump", TAKEN, press, has_taken_over),
-    hand("a hand gives back: time from resume until the planner drives", BACK, give_back, has_been_given_back),
+    by_hand("a hand lets go", RELEASED, release, stands),
+    by_hand("a hand falls silent while it drives", SILENT, fall_silent, stands),
+    Fault("second publisher on hand/cmd_vel", "simulator", COMMANDER, second_comes, stands, both_go, long=50),
+    by_hand("a hand takes over: time until its first command, without a jump", TAKEN, take_over, has_taken_over),
+    by_hand("a hand gives back: time from resume until the planner drives", BACK, give_back, has_been_given_back),
 ]

@@ -7,7 +7,6 @@ import signal
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from collplan_ros.bringup.driving import wait_until_ready
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.preparation import find_executable, prepare
+from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.states import FREE
@@ -57,8 +56,6 @@ START = 30.0
 """Longest wait for a node that has been started again [s]."""
 
 
-TELEOP = "teleop_node"
-"""The node of the joystick, which bringup does not start."""
 UNDER_WAY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 
 
@@ -70,18 +67,15 @@ class LiveGraph(Graph, Bench):
         ends: where the robot is driven to and fro [m].
         fast: speed from which on it is fast enough for a fault [m/s].
         strategy: by which it drives.
-        extra: nodes that bringup does not start.
     """
 
-    ends, fast, strategy, extra = ENDS, FAST, SLOW_STRATEGY, (TELEOP,)
+    ends, fast, strategy = ENDS, FAST, SLOW_STRATEGY
 
     def __init__(self, robot: str) -> None:
         """`robot` is one of bringup's."""
         self._temporary = tempfile.TemporaryDirectory(prefix="faults-", ignore_cleanup_errors=True)
         folder = Path(self._temporary.name)
         preparation = prepare(self._options(robot, folder))
-        programs = {**preparation.programs, **{name: find_executable(name) for name in self.extra}}
-        preparation = replace(preparation, programs=programs)
         run_folder = RunFolder(folder / "runs", preparation.settings)
         super().__init__(preparation, run_folder, Progress(io.StringIO()))
         self._repeated: Callable[[], object] | None = None

@@ -10,7 +10,7 @@ from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
 
-PROGRAMS = re.compile(r"^  (bringup|study|beside|fit_robot|replay)\b", re.MULTILINE)
+PROGRAMS = re.compile(r"^  (bringup|study|beside|replay)\b", re.MULTILINE)
 
 
 def as_called(program: str) -> str:

@@ -19,7 +19,7 @@ class Impact:
         normal: (2,) unit normal out of the obstacle.
         velocity_before, velocity_after: (2,) velocity of the robot's centre [m/s].
         source: one of SOURCES.
-        with_mover: whether the obstacle is a mover or another robot; known of simulated impacts alone.
+        with_mover: whether the obstacle is a mover; known of simulated impacts alone.
     """
 
     time: float

@@ -1,4 +1,4 @@
-"""The programs of collplan_ros: its nodes, bringup, and what reads and fits recorded runs."""
+"""The programs of collplan_ros: its nodes, bringup, and what reads recorded runs."""
 
 from collplan_core.command_line import Executable
 
@@ -7,9 +7,7 @@ mocap_node = Executable("collplan_ros.nodes.mocap_node")
 lidar_node = Executable("collplan_ros.nodes.lidar_node")
 planner_node = Executable("collplan_ros.nodes.planner_node")
 controller_node = Executable("collplan_ros.nodes.controller_node")
-teleop_node = Executable("collplan_ros.nodes.teleop_node")
 view_node = Executable("collplan_ros.nodes.view_node")
 bringup = Executable("collplan_ros.bringup.main")
-fit_robot = Executable("collplan_ros.fit.fit_robot")
 replay = Executable("collplan_ros.replay.main")
 beside = Executable("collplan_ros.run.page.beside")

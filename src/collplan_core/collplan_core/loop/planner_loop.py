@@ -150,7 +150,7 @@ class PlannerLoop:
     def take_manual_command(self) -> None:
         """Takes a person's command, which the robot follows instead of the plan."""
         self._recovery.led_by_hand()
-        self.forget_plan()
+        self._forget_plan()
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """Takes a scan."""
@@ -197,7 +197,7 @@ class PlannerLoop:
         self._refuse_goal(reason)
         return self._decided()
 
-    def forget_plan(self) -> None:
+    def _forget_plan(self) -> None:
         """Drops the plan in force, as the robot is led by something else; remembered boundaries stay."""
         self._memory = None if self._memory is None else self._planner.without_plan(self._memory)
 
@@ -367,7 +367,7 @@ class PlannerLoop:
             return
         plan = recovery.begin(state, self._settings)
         self._decisions.append(Notice(WARNING, f"{where}; try {recovery.tries} of {most}"))
-        self.forget_plan()
+        self._forget_plan()
         if plan is not None and self._placed is not None:
             lasts = float(plan.times[-1]) + plan_lifetime(map_period_of(self._settings.planner))
             self._decide_on(plan, lasts, self._placed.local_map)

@@ -6,6 +6,7 @@
       strategy: harness   # or planner.strategy: harness
 """
 
+import logging
 import re
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from collplan_core.parameters import GROUPS, Settings, all_specs, unknown_key
-from collplan_core.parameters.groups import LOCKSTEP, WITHOUT_EFFECT
+from collplan_core.parameters.groups import LOCKSTEP, WITHOUT_EFFECT, without_effect
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
 
@@ -29,10 +30,11 @@ NODES = (
     "base_node",
     "driver_node",
     "view_node",
-    "teleop_node",
     "firmware_emulator",
 )
 """Names of the nodes that have parameters."""
+GONE_NODES = ("teleop_node",)
+"""Removed nodes: a file may still have a section for them."""
 
 _PARAMETERS = "ros__parameters"
 _EVERY_NODE = "/**"
@@ -45,7 +47,7 @@ def read_parameters(path: str | Path, namespace: str = "/") -> dict[str, Any]:
     """Every `group.field` key of a file and its checked value, for all nodes of a namespace.
 
     A node's own section goes before those with a wildcard. Sections of other namespaces are left out, by the rule of
-    ROS, and so are keys of ROS itself.
+    ROS, and so are keys of ROS itself. A sentence is logged where the file holds removed parameters.
 
     Raises:
         ParameterError: no such file, not this format, a section for an unknown node or for no node of the namespace, a
@@ -53,20 +55,28 @@ def read_parameters(path: str | Path, namespace: str = "/") -> dict[str, Any]:
             differ; names the file, the key, the value and what was expected.
     """
     try:
-        return parameters_of(read_text(Path(path)), str(path), namespace)
+        values, words = _read(read_text(Path(path)), str(path), namespace)
     except YamlError as error:
         raise ParameterError(f"{path}: {error}") from None
+    if words:
+        logging.getLogger(__name__).warning("%s: %s", path, words)
+    return values
 
 
 def parameters_of(text: str, source: str, namespace: str = "/") -> dict[str, Any]:
-    """Returns the same of a file's text; `source` stands in the errors."""
+    """Returns the same of a file's text, without a sentence; `source` stands in the errors."""
+    return _read(text, source, namespace)[0]
+
+
+def _read(text: str, source: str, namespace: str) -> tuple[dict[str, Any], str]:
+    """The values, and a sentence on what has no effect."""
     try:
         sections = list(_sections("", parse_yaml(text, as_ros=True)))
         values = _merged(_of_namespace(sections, f"/{namespace.strip('/')}".rstrip("/")))
         Settings().with_values(values)
     except (ParameterError, YamlError) as error:
         raise ParameterError(f"{source}: {error}") from None
-    return values
+    return values, without_effect(key for _, parameters in sections for key in parameters)
 
 
 def write_parameters(settings: Settings, path: str | Path) -> None:
@@ -127,6 +137,9 @@ def _of_namespace(sections: list[tuple[str, dict[str, Any]]], namespace: str) ->
     used, of_the_root = 0, ""
     for node, parameters in sections:
         *spaces, name = node.strip("/").split("/")
+        if name in GONE_NODES:
+            used += 1
+            continue
         pattern = "".join(_WILDCARDS.get(token, f"/{re.escape(token)}") for token in (*spaces, name))
         known = name in NODES or name in _WILDCARDS
         if any(re.fullmatch(pattern, f"{namespace}/{one}") for one in (NODES if known else (name,))):
@@ -168,7 +181,7 @@ def _check_node(node: str) -> None:
 
 def _checked(parameters: dict[str, Any]) -> dict[str, Any]:
     known = all_specs()
-    ours = {key: value for key, value in parameters.items() if not is_ros_key(key) and key not in WITHOUT_EFFECT}
+    ours = {key: value for key, value in parameters.items() if not (is_ros_key(key) or key.startswith(WITHOUT_EFFECT))}
     if ours.pop(LOCKSTEP, False) is True:
         ours["simulator.speed_factor"] = 0.0
     for key in ours:

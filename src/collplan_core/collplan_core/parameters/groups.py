@@ -5,6 +5,7 @@ parameter files, `ros2 param set` and the study's grid.
 """
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from math import pi, radians, sqrt
 from typing import Any
@@ -482,24 +483,6 @@ class View(Parameters):
 
 
 @dataclass(frozen=True)
-class Teleop(Parameters):
-    """A person's joystick: axes and buttons by their index in sensor_msgs/Joy. As shipped those of a pad with two sticks."""
-
-    group = "teleop"
-    forward_axis: int = parameter(1, "Axis that drives forward", low=0, high=63)
-    left_axis: int = parameter(0, "Axis that drives to the left", low=0, high=63)
-    turn_axis: int = parameter(3, "Axis that turns to the left", low=0, high=63)
-    dead_man_button: int = parameter(5, "Dead-man button: the stick counts while it is pressed", low=0, high=63)
-    stop_button: int = parameter(1, "Button that calls estop", low=0, high=63)
-    resume_button: int = parameter(7, "Button that calls resume, with the dead-man button released", low=0, high=63)
-    speed_share: float = parameter(0.25, "Share of robot.max_speed at full stick", low=0.01, high=1.0)
-    turn_share: float = parameter(0.25, "Share of robot.max_yaw_rate at full stick", low=0.0, high=1.0)
-    deadzone: float = parameter(0.1, "Share of the stick's travel around its centre that counts as zero", low=0.0, high=0.9)
-    joy_age: float = parameter(0.2, "Silence of the joystick after which the dead-man button counts as released, and largest age of a message; joy_node must repeat more often", unit="s", low=0.02, high=0.5)
-    rate: float = parameter(50.0, "Most commands per second; the first one and a release are sent at once", unit="Hz", low=10.0, high=200.0)
-
-
-@dataclass(frozen=True)
 class Trial(Parameters):
     """Conditions that end a run."""
 
@@ -512,7 +495,7 @@ class Trial(Parameters):
 
 GROUPS: tuple[type[Parameters], ...] = (
     Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, ScanInput, MoverFinding, Lidar, Simulation, Kinematics,
-    Driver, Base, Emulator, Frames, View, Teleop, Trial,
+    Driver, Base, Emulator, Frames, View, Trial,
 )
 
 
@@ -541,7 +524,6 @@ class Settings:
     emulator: Emulator = Emulator()
     frames: Frames = Frames()
     view: View = View()
-    teleop: Teleop = Teleop()
     trial: Trial = Trial()
 
     def with_values(self, values: dict[str, Any]) -> "Settings":
@@ -588,13 +570,21 @@ LOCKSTEP = "simulator.lockstep"
 WITHOUT_EFFECT = (
     *("simulator.controller_lateness", "simulator.planner_lateness", "simulator.sensor_lateness", "simulator.patience"),
     "robot.motion_delay_estimated",
+    "teleop.",
 )
-"""Removed parameters that changed no result, or what robot.learning does now. Files of version 1.0.0 hold them, and LOCKSTEP for a speed_factor of 0."""
+"""What keys of removed parameters begin with that changed no result, or did what robot.learning does now. Files of earlier versions hold them, and LOCKSTEP for a speed_factor of 0."""
 
 
 def all_specs() -> dict[str, Spec]:
     """Every parameter of the project by key."""
     return {spec.key: spec for group in GROUPS for spec in specs(group)}
+
+
+def without_effect(keys: Iterable[str]) -> str:
+    """A sentence on those of the keys that are of removed parameters; "" where there are none."""
+    gone = [key for key in keys if key.startswith(WITHOUT_EFFECT)]
+    more = f" and {len(gone) - 1} more" if len(gone) > 1 else ""
+    return f"{gone[0]}{more}: no longer a parameter, has no effect" if gone else ""
 
 
 def unknown_key(key: str) -> ParameterError:

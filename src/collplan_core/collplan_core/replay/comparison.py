@@ -2,7 +2,7 @@
 
 import json
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,19 +26,12 @@ class Player:
         stamp: stamp of the newest pose given to it [s]; None before the first.
     """
 
-    def __init__(self, of: str, beginning: Beginning, changed: Mapping[str, object] | None = None) -> None:
-        """Makes the loop anew.
-
-        Args:
-            of: PLANNER or CONTROLLER.
-            beginning: inputs that it is made with.
-            changed: parameters that differ from the recorded ones, throughout.
-        """
+    def __init__(self, of: str, beginning: Beginning) -> None:
+        """Makes the loop anew, of PLANNER or CONTROLLER."""
         self.stamp: float | None = None
-        self._changed = dict(changed or {})
         self._forbidden: deque[str] = deque()
         self._looks: deque[int | None] = deque()
-        settings = beginning.settings.with_values(self._changed)
+        settings = beginning.settings
         self.loop: PlannerLoop | ControllerLoop
         if of == PLANNER:
             text = beginning.known_map
@@ -56,17 +49,13 @@ class Player:
         method = None if call.name.startswith("_") else getattr(self.loop, call.name, None)
         if not callable(method):
             raise JournalError(f"call: got {call.name!r}, expected an input of {type(self.loop).__name__}")
-        given = [self._given(value) for value in call.args]
         self._forbidden, self._looks = deque(call.forbidden), deque(call.deadline_checks)
-        if given and isinstance(given[0], State):
-            self.stamp = given[0].stamp
+        if call.args and isinstance(call.args[0], State):
+            self.stamp = call.args[0].stamp
         try:
-            return method(*given)
+            return method(*call.args)
         except Exception as error:  # an outcome as any other: the loop may have done so then
             return error
-
-    def _given(self, value: Any) -> Any:
-        return value.with_values(self._changed) if isinstance(value, Settings) else value
 
     def _why_forbidden(self) -> str:
         return self._forbidden.popleft() if self._forbidden else ""

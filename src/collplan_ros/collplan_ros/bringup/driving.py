@@ -30,9 +30,8 @@ from collplan_ros.bringup.graph import LATE, Graph
 from collplan_ros.bringup.lidar_place import with_lidar_place
 from collplan_ros.bringup.listener import NAME, REST_PATIENCE
 from collplan_ros.bringup.options import COMMANDER, PLANNER, Options
-from collplan_ros.bringup.preparation import Preparation, prepare
+from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.progress import Progress, in_words
-from collplan_ros.bringup.rendezvous import Place
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.states import NUMBERS
 from collplan_ros.messages.status_values import values_of
@@ -57,8 +56,6 @@ def wait_until_poses_come(graph: Graph) -> None:
     """
     robot, says = graph.preparation.robot.nodes[0], graph.complaints
     graph.wait(_all_reported(graph), READY_PATIENCE, lambda: says.unready(READY_PATIENCE))
-    if graph.place is not None:
-        graph.wait(graph.place.all_ready, READY_PATIENCE, lambda: "another robot of this world did not get ready")
     graph.let_time_run()
     twice = seen_more_than(graph.listener.node, Counter([NAME, *graph.preparation.programs]))
     if twice:
@@ -177,18 +174,12 @@ class Bringup:
         NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
-    def __init__(
-        self,
-        options: Options,
-        progress: Progress | None = None,
-        preparation: Preparation | None = None,
-        place: Place | None = None,
-    ) -> None:
-        """Checks everything, unless it was prepared already, and makes the run folder; `place` is as in `Graph`."""
+    def __init__(self, options: Options, progress: Progress | None = None) -> None:
+        """Checks everything and makes the run folder."""
         self.options, self.progress = options, progress or Progress()
-        self.preparation, self.lidar_place = with_lidar_place(preparation or prepare(options))
+        self.preparation, self.lidar_place = with_lidar_place(prepare(options))
         self.folder = RunFolder(options.out, self.preparation.settings)
-        self.graph = Graph(self.preparation, self.folder, self.progress, place)
+        self.graph = Graph(self.preparation, self.folder, self.progress)
         self._why = ""
 
     def __enter__(self) -> "Bringup":

@@ -6,7 +6,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Collection
-from contextlib import ExitStack, closing, nullcontext
+from contextlib import ExitStack, closing
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,6 @@ from collplan_ros.bringup.options import COMMANDER, PLANNER, VIEWER
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.processes import ERROR, WARN, NodeLogs, Processes
 from collplan_ros.bringup.progress import Progress, in_words
-from collplan_ros.bringup.rendezvous import Place
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.stepped_nodes import CLASSES, Hangs, HangWatch, SteppedNodes
 from collplan_ros.messages.conversions import goal_to_message
@@ -92,7 +91,6 @@ class Graph:
         processes: the nodes that have a process each.
         stepped: the nodes in this process; None where there are none.
         progress: output for the user.
-        place: that of a robot among others in one simulated world; None for a robot alone.
         is_ready: whether every node works; from then on the page may be missing, and no other node may command.
         listener, recorder, goals, complaints: once entered.
 
@@ -101,9 +99,7 @@ class Graph:
         NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
-    def __init__(
-        self, preparation: Preparation, folder: RunFolder, progress: Progress, place: Place | None = None
-    ) -> None:
+    def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
         """Prepares the graph, whose files go to `folder`; no process is started before entering."""
         self.preparation = preparation
         self._logs = NodeLogs(folder.logs)
@@ -111,16 +107,15 @@ class Graph:
         self.stepped: SteppedNodes | None = None
         self.progress = progress
         self.is_ready = False
-        self.place = place
         self._folder = folder
-        self._stop_signal = StopSignal() if place is None else place.rendezvous.stop_signal
+        self._stop_signal = StopSignal()
         self._stack = ExitStack()
         self._commanders_due = 0.0
         self._clients: dict[str, Client] = {}
 
     def __enter__(self) -> "Graph":
-        preparation, place = self.preparation, self.place
-        with nullcontext() if place is None else place.rendezvous.turn, ExitStack() as stack:
+        preparation = self.preparation
+        with ExitStack() as stack:
             stack.enter_context(environment_set(graph_environment(preparation.network, os.environ)))
             if not os.environ.get("ROS_LOG_DIR"):  # the folder of ROS's own logs would need a home
                 stack.enter_context(environment_set({"ROS_LOG_DIR": str(self._folder.logs)}))
@@ -131,7 +126,7 @@ class Graph:
             self.listener.listen_to_logs(self._say_logged)
             self.goals = Goals(node, preparation.settings.frames.map, self.now)
             self._refuse_running_nodes()
-            watch = HangWatch(ends_process=place is not None)
+            watch = HangWatch()
             if preparation.in_one_process:
                 stack.enter_context(watch.watching())
             stack.callback(self._stop_nodes)
@@ -139,7 +134,7 @@ class Graph:
             for name in preparation.programs.keys() - here:
                 self.processes.start(name, preparation.command(name, self._folder))
             if here:
-                self.stepped = SteppedNodes(*self.listener.spun, watch, self._died, preparation.in_real_time, place)
+                self.stepped = SteppedNodes(*self.listener.spun, watch, self._died, preparation.in_real_time)
                 self.listener.spin_with(self.stepped, self._logs)
                 for name in here:
                     self.stepped.start(name, preparation.arguments(name, self._folder))
@@ -275,9 +270,6 @@ class Graph:
         try:
             self._stop([COMMANDER])
             self.listener.record_to_the_end()
-            if self.place is not None and self.stepped is not None:
-                self.stepped.time_runs = False
-                self.place.leave()
             self._stop([PLANNER])
             self.listener.take_all()
         finally:

@@ -1,13 +1,11 @@
 """Entry point of bringup: starts a robot and its nodes, gives the goal, monitors the run, and writes the run folder."""
 
-import os
 import shlex
 import signal
 import sys
 from collections.abc import Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +25,9 @@ from collplan_ros.bringup.failures import (
     Interrupted,
     StartError,
 )
-from collplan_ros.bringup.network import environment_set, graph_environment
 from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.rendezvous import Rendezvous
-from collplan_ros.bringup.robots import prepare_robots
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
@@ -41,19 +36,16 @@ from collplan_ros.run.result_files import PICTURE, Results, counted_impacts, wri
 from collplan_ros.run.whole_file import RecordError, RunError, replacing
 
 
-def write_results(
-    run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "", repeat: str = ""
-) -> Results:
+def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "") -> Results:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
 
-    `reason` explains its end; empty where the outcome suffices. `repeat` is the command line that repeats it, by
-    default that of this robot alone.
+    `reason` explains its end; empty where the outcome suffices.
 
     Raises:
         RecordError: a file cannot be written.
     """
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    said = {"reason": reason, "repeat": repeat or repeating(preparation.asked, run.folder / PARAMETERS, goal)}
+    said = {"reason": reason, "repeat": repeating(preparation.asked, run.folder / PARAMETERS, goal)}
     return write_result_files(run.folder, run.log, world, goal, settings, outcome, said)
 
 
@@ -122,34 +114,14 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
         return _finished(bringup, *_driven(bringup))
 
 
-def run_robots(options: Options) -> list[RunResult]:
-    """Performs the runs of several robots in one simulated world, until all have ended.
-
-    Raises:
-        StartError: the request cannot be fulfilled; nothing was started.
-    """
-    robots = prepare_robots(options)
-    rendezvous = Rendezvous([preparation.ends[-1] for _, preparation in robots])
-    crew, (_, first) = list[Bringup](), robots[0]
-    with ExitStack() as stack:
-        # as each graph sets it, and restores it, in its own time
-        stack.enter_context(environment_set(graph_environment(first.network, os.environ)))
-        for (own, preparation), place in zip(robots, rendezvous.places, strict=True):
-            crew.append(Bringup(own, Progress(name=own.out.name), preparation, place))
-            stack.enter_context(closing(crew[-1].folder))
-        repeat = repeating(first.asked, crew[0].folder.path / PARAMETERS, first.goal)
-        ends = rendezvous.run([partial(_driven, each) for each in crew])
-        return [_finished(each, *end, repeat) for each, end in zip(crew, ends, strict=True)]
-
-
-def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str, repeat: str = "") -> RunResult:
-    """Writes the results of a run that has ended; `repeat` is as in `write_results`."""
+def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> RunResult:
+    """Writes the results of a run that has ended."""
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
     say("writing the results ...")
     try:
         with StopSignal().listening():  # another Ctrl-C does not cost what is written now
             recorded = read_run(folder.path)
-            results = write_results(recorded, preparation, outcome, message, repeat)
+            results = write_results(recorded, preparation, outcome, message)
     except (RecordError, RunError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.recording}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
@@ -232,21 +204,16 @@ def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = parse(args)
     try:
-        if options.robots != 1:
-            results = run_robots(options)
-        elif options.check:
+        if options.check:
             return check(options, Progress())
-        else:
-            results = [run(options)]
+        result = run(options)
     except StartError as error:
         print(f"bringup: {error}", file=sys.stderr)
         return NOT_STARTED
     except KeyboardInterrupt:  # a second Ctrl-C, while the pictures are drawn
         return 130
-    for result in results:
-        name = result.folder.parent.name if len(results) > 1 else ""
-        Progress(name=name).say(_conclusion(result))
-    return max(result.exit_code for result in results)
+    Progress().say(_conclusion(result))
+    return result.exit_code
 
 
 if __name__ == "__main__":

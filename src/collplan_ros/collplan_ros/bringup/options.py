@@ -186,13 +186,6 @@ class Options:
     yes: bool = _option("--yes", False, "with --check: move the robot without asking")
     view: bool = _option("--view", False, "show the run in a browser, at the printed address (view.port)")
     journal: bool = _option("--no-journal", True, "do not record what replay needs (planner.journal: false)")
-    robots: int = _option(
-        "--robots",
-        1,
-        "1, or 2 simulated robots in one world, which hit and see each other; the second drives the other way",
-        type=int,
-        metavar="N",
-    )
     keep: Path | None = _option(
         "--keep",
         None,
@@ -227,11 +220,9 @@ class Options:
         # a robot that is not simulated requires world and speed on the command line
         speed = None if self.max_speed is None else f"{self.max_speed:g}"
         said = {"--world": self.world, "--max-speed": speed} if not simulated else {}
-        several = self.robots > 1
         where = {
             "--network": self.network,
-            "--namespace": None if several or self.graph == robot_kind(self.robot).namespace else self.graph,
-            "--robots": str(self.robots) if several else None,
+            "--namespace": None if self.graph == robot_kind(self.robot).namespace else self.graph,
             "--scan": None if self.scan == SIM else self.scan,
         }
         given = {"--robot": self.robot, **where, **said}
@@ -276,9 +267,7 @@ Each run leaves a folder: run.html, which plays it in a browser, trajectory.png 
 parameters.yaml, the output of each node in log/, and run.mcap, which holds every topic and is written during the run.
 The next bringup completes the run of one that was killed. The command line that repeats the run is printed at its end,
 and is in summary.json.
-ROS_DOMAIN_ID is used as it is set. A domain can hold several robots, each with its own --namespace. With --robots 2 two
-simulated ones are in one world, in the namespaces robot1 and robot2, with a folder of runs each; the run ends when both
-have ended, with the larger exit code.
+ROS_DOMAIN_ID is used as it is set. A domain can hold several robots, each with its own --namespace.
 """
 
 

@@ -26,15 +26,11 @@ class Progress:
     Output that nobody reads any more is dropped.
     """
 
-    def __init__(self, stream: TextIO | None = None, name: str = "") -> None:
-        """Writes to `stream`, by default to standard output, each line with the name of a robot among others.
-
-        The lines of several robots are plain ones on a terminal too.
-        """
+    def __init__(self, stream: TextIO | None = None) -> None:
+        """Writes to `stream`, by default to standard output."""
         # Python gives None for a standard output that was closed from the start
         self._stream: TextIO | None = stream or sys.stdout
-        self._name = f"{name}: " if name else ""
-        self._live = not name and self._stream is not None and self._stream.isatty()
+        self._live = self._stream is not None and self._stream.isatty()
         self._last = 0.0
         self._open = False
 
@@ -53,14 +49,14 @@ class Progress:
         self._last = time.monotonic()
         # cut off, not rounded: no time is shown before it has passed
         shown = math.floor(10.0 * elapsed) / 10.0
-        line = f"{self._name}{shown:6.1f} s  {distance:5.2f} m to the goal  {maneuver:<18}  impacts {impacts}"
+        line = f"{shown:6.1f} s  {distance:5.2f} m to the goal  {maneuver:<18}  impacts {impacts}"
         line += f", {pace}" if pace else ""
         self._write(f"\r{line}{ERASE_REST}" if self._live else f"{line}\n")
         self._open = self._live
 
     def say(self, text: str) -> None:
         """Prints a line that later progress does not overwrite."""
-        self._write(("\n" if self._open else "") + f"{self._name}{text}\n")
+        self._write(("\n" if self._open else "") + text + "\n")
         self._open = False
 
     def _write(self, text: str) -> None:

@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from pkgutil import resolve_name
 from types import FrameType
 from typing import Any
@@ -21,7 +21,6 @@ from rclpy.node import Node
 
 from collplan_ros.bringup.failures import GRAPH_LOST, NodeDied
 from collplan_ros.bringup.options import SIMULATOR
-from collplan_ros.bringup.rendezvous import Place
 from collplan_ros.node_kit.events_executor import events_executor, run_all_due
 
 HANG_LOOKS = 10
@@ -37,13 +36,9 @@ class Hangs(BaseException):
 
 
 class HangWatch:
-    """Watches the callbacks of the main thread. Signals do not reach another one.
+    """Watches the callbacks of the main thread. In another thread it does nothing, as signals do not reach that."""
 
-    There it does nothing, or `ends_process` says that a callback that does not return ends the process.
-    """
-
-    def __init__(self, ends_process: bool = False) -> None:
-        self._ends_process = ends_process
+    def __init__(self) -> None:
         self._turn, self._name = 0, ""
         self._overdue = -1
         self._ended = threading.Event()
@@ -62,27 +57,25 @@ class HangWatch:
 
         One that does not even get back to Python then, as compiled code may, ends the process.
         """
-        in_main = threading.current_thread() is threading.main_thread()
-        if not in_main and not self._ends_process:
+        if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = signal.signal(SIGNAL, self._interrupt) if in_main else None
-        thread = threading.Thread(target=self._look, args=(in_main,), name="hang watch", daemon=True)
+        before = signal.signal(SIGNAL, self._interrupt)
+        thread = threading.Thread(target=self._look, name="hang watch", daemon=True)
         thread.start()
         try:
             yield
         finally:
             self._ended.set()
             thread.join()
-            if in_main:
-                signal.signal(SIGNAL, before)
+            signal.signal(SIGNAL, before)
 
-    def _look(self, in_main: bool) -> None:
+    def _look(self) -> None:
         seen, looks = -1, 0
         while not self._ended.wait(LOOK_PERIOD):
             turn = self._turn
             seen, looks = turn, looks + 1 if self._name and turn == seen else 0
-            if looks == HANG_LOOKS and in_main:
+            if looks == HANG_LOOKS:
                 self._overdue = turn
                 signal.pthread_kill(threading.main_thread().ident or 0, SIGNAL)
             elif looks == 2 * HANG_LOOKS:
@@ -122,7 +115,6 @@ class SteppedNodes:
         watch: HangWatch,
         died: Callable[[str, BaseException], NodeDied],
         in_real_time: bool,
-        place: Place | None = None,
     ) -> None:
         """Makes no node yet.
 
@@ -132,7 +124,6 @@ class SteppedNodes:
             watch: is told of each turn.
             died: makes the error for a node that has raised.
             in_real_time: whether simulated time is at most as fast as real time.
-            place: that of a robot among others in one simulated world, with whose nodes these take turns.
         """
         self.time_runs = False
         self._context = own.context
@@ -141,8 +132,6 @@ class SteppedNodes:
         self._died = died
         self._watch = watch
         self._in_real_time = in_real_time
-        self._place = place
-        self._turn: AbstractContextManager[Any] = nullcontext() if place is None else place.rendezvous.turn
         self._due = self._time = 0.0
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
@@ -151,11 +140,9 @@ class SteppedNodes:
         Raises:
             NodeDied: it cannot be made.
         """
-        died, place, given = None, self._place, dict[str, Any]()
-        if name == SIMULATOR and place is not None:
-            given = {"start": place.start, "share": place.share}
+        died = None
         try:
-            node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments), **given)
+            node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments))
         except Exception as error:
             died = self._died(name, error)
         if died is not None:
@@ -181,14 +168,9 @@ class SteppedNodes:
         """
         if not self.time_runs:
             time.sleep(STANDING_PERIOD)
-        elif self._in_real_time:
-            ahead = self._due - time.monotonic()
-            time.sleep(max(ahead, 0.0))
-            self._due += max(-ahead - CATCH_UP, 0.0)
-        with self._turn:
-            if self.time_runs:
-                self._grant()
-            self.settle()
+        else:
+            self._grant()
+        self.settle()
 
     def settle(self) -> None:
         """Runs the nodes until none has anything left to do.
@@ -209,6 +191,10 @@ class SteppedNodes:
 
     def _grant(self) -> None:
         before = self._time
+        if self._in_real_time:
+            ahead = self._due - time.monotonic()
+            time.sleep(max(ahead, 0.0))
+            self._due += max(-ahead - CATCH_UP, 0.0)
 
         def grant() -> None:
             self._time = self._nodes[SIMULATOR].grant()

@@ -53,4 +53,4 @@ CONSTANTS_SUBSCRIBED = DIAGNOSTICS_SUBSCRIBED
 EVERY_ONE = _profile(1000)
 EVERY_LATCHED = _profile(1000, latched=True)
 EVERY_UNRELIABLE = _profile(1000, reliable=False)
-"""Also receives from reliable publishers. teleop_node takes joy so: whatever the stall, a press of stop is in it."""
+"""Also receives from reliable publishers."""

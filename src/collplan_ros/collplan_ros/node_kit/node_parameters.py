@@ -8,6 +8,7 @@ from rclpy.parameter import Parameter
 
 from collplan_core.parameters import Settings, all_specs, unknown_key
 from collplan_core.parameters.file import is_ros_key
+from collplan_core.parameters.groups import WITHOUT_EFFECT, without_effect
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, specs
 
 Group = type[Parameters] | str
@@ -34,8 +35,10 @@ def declare(
     """
     overrides = _overrides(node)
     taken = {spec.key for spec in specs_of(groups if live is None else tuple(live)) if spec.live}
+    if words := without_effect(overrides):
+        node.get_logger().warning(words)
     for key in overrides:
-        if key not in all_specs() and not is_ros_key(key):
+        if key not in all_specs() and not is_ros_key(key) and not key.startswith(WITHOUT_EFFECT):
             raise unknown_key(key)
     for spec in specs_of(groups):
         # checked here, not by rclpy: one wording everywhere, and a whole number will do for a float

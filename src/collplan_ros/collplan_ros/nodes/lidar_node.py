@@ -23,8 +23,6 @@ from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import described_age
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
-from collplan_ros.node_kit.input_watch import EVENT as ANY_TIME
-from collplan_ros.node_kit.input_watch import STREAM
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
@@ -34,7 +32,7 @@ LIVE = ("limits.pose_age",)
 
 
 class LidarNode(GraphNode):
-    """Subscribes mocap/odom and ground_truth/movers, which also has the other robots of the world; publishes scan.
+    """Subscribes mocap/odom and, where movers walk through the world, ground_truth/movers; publishes scan.
 
     The ideal sensor casts at lidar.rate from the newest pose, if fresh, and stamps the scan with it. Of a spinning one
     each beam is cast from between two poses, and the scan comes with the pose that shows that its latency is over.
@@ -52,8 +50,8 @@ class LidarNode(GraphNode):
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_PUBLISHED)
         self._inputs = Inputs(self)
         self._inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
-        need = STREAM if self._world.movers else ANY_TIME
-        self._inputs.listen(MarkerArray, "ground_truth/movers", self._take_movers, EVENT, need, kind="movers")
+        if self._world.movers:
+            self._inputs.listen(MarkerArray, "ground_truth/movers", self._take_movers, EVENT, kind="movers")
         lidar = self._settings.lidar
         self._movers = MoverHistory()
         self._sweeps = sweeps_of(self._world, lidar, lidar.seed, self._movers)

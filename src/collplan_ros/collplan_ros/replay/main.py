@@ -7,11 +7,8 @@ from pathlib import Path
 
 from collplan_core.command_line import parser_of
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.planners import PLANNERS
 from collplan_core.replay.comparison import Comparison, Difference, Interruption, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER, changes
-from collplan_core.replay.other_strategy import Moment, PlanFigures, plans_beside
-from collplan_core.replay.reading import Beginning
 from collplan_core.replay.values import JournalError
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.replay.recorded_journals import RecordedJournals, read_journals
@@ -44,23 +41,6 @@ def exit_code(comparisons: Iterable[Comparison]) -> int:
     return INTERRUPTED if any(isinstance(end, Interruption) for end in ends) else SAME
 
 
-def table_of(moments: Sequence[Moment], own: str, other: str) -> Iterator[str]:
-    """The plans of two strategies moment by moment, a line each; time counts from the first."""
-    figures = "ends   length  left    contact"
-    yield f"{'':8}{own:<33}{other}"
-    yield f"t [s]   {figures}  {figures}"
-    for moment in moments:
-        line = f"{moment.stamp - moments[0].stamp:<8.3f}{_row(moment.own)}  {_row(moment.other)}"
-        yield f"{line}  {moment.note}".rstrip()
-
-
-def _row(plan: PlanFigures | None) -> str:
-    if plan is None:
-        return f"{'-':<31}"
-    contact = "-" if plan.first_contact is None else f"{plan.first_contact:.3f}"
-    return f"{plan.duration:<7.3f}{plan.length:<8.3f}{plan.left:<8.3f}{contact:<8}"
-
-
 DESCRIPTION = """\
 Gives the recorded inputs of a run to planner and controller again, without ROS and without a robot, and compares plan
 by plan and command by command. The same code on the same machine decides the same to the last bit; otherwise the first
@@ -72,7 +52,6 @@ recording is cut off: 3.
 EPILOG = """\
 examples:
   replay runs/latest                      the run again
-  replay runs/latest --strategy avoid     what avoid would have planned at each moment
   replay --finish runs/latest             completes a run whose bringup was killed
   replay --page runs/latest               run.html of a run, which plays it in a browser
   replay trial.jsonl                      a trial's journal
@@ -96,7 +75,7 @@ def main(args: Sequence[str] | None = None) -> int:
                 say(run.note)
             return SAME
         journals = read_journals(options.run)
-        found = _say_plans(journals, options.strategy, say) if options.strategy else _say_comparison(journals, say)
+        found = _say_comparison(journals, say)
         if not journals.cut:
             return found
         say(journals.cut)
@@ -111,7 +90,6 @@ def _parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("run", type=Path, metavar="RUN", help="run folder of bringup, its recording, or the journal of a trial")
     chosen = parser.add_mutually_exclusive_group().add_argument
-    chosen("--strategy", choices=sorted(PLANNERS), metavar="NAME", help="print what this strategy would have planned")
     chosen("--finish", action="store_true", help="complete the files of a run whose bringup was killed, and no more")
     chosen("--page", action="store_true", help="write run.html, which plays the run in a browser, and no more")
     return parser
@@ -127,18 +105,6 @@ def _say_comparison(journals: RecordedJournals, say: Callable[[str], None]) -> i
             say("\n".join(said_of(of, comparison)))
         found += comparisons
     return exit_code(found)
-
-
-def _say_plans(journals: RecordedJournals, strategy: str, say: Callable[[str], None]) -> int:
-    events = journals.events(PLANNER)
-    beginning = next((event for event in events if isinstance(event, Beginning)), None)
-    if beginning is None:
-        raise JournalError(f"{journals.source}: no beginning of the planner's journal, expected one")
-    found = plans_beside(events, strategy)
-    say("\n".join(table_of(found.moments, beginning.settings.planner.strategy, strategy)))
-    if found.end:
-        say(f"ends at a gap: {found.end}")
-    return INTERRUPTED if found.end else SAME
 
 
 if __name__ == "__main__":

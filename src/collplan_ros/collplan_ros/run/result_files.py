@@ -72,11 +72,10 @@ def summarize(
 
     They cover the time from the first non-zero command to the end of the log; a run that reached its goal ends with the
     first pose within goal_tolerance. The rebound error is the median over the impacts that the last plan before each
-    foresaw. Impacts with movers, among them other robots, are known of simulated robots alone. Impacts and plans above
-    limits.impact_speed are counted by the speed into the obstacle. Maneuvers are counted in control periods. The
-    control period and the time of the first command come from the controller's middleware, which stamps its messages,
-    so that the load of bringup does not affect them. Where simulated time waits for the nodes, the control period is
-    one of simulated time.
+    foresaw. Impacts with movers are known of simulated robots alone. Impacts and plans above limits.impact_speed are
+    counted by the speed into the obstacle. Maneuvers are counted in control periods. The control period and the time of
+    the first command come from the controller's middleware, which stamps its messages, so that the load of bringup does
+    not affect them. Where simulated time waits for the nodes, the control period is one of simulated time.
     """
     begin, limit = log.time_zero, settings.limits.impact_speed
     commands = [c for c in log.commands if begin is not None and begin <= c.stamp]

@@ -14,7 +14,7 @@ from nav_msgs.msg import Odometry, Path
 from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Joy, LaserScan, PointCloud2
+from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Empty, Float64, String
 from visualization_msgs.msg import MarkerArray
 
@@ -58,7 +58,6 @@ LATCHED: dict[str, type] = {
     "/diagnostics": DiagnosticArray,
     "/rosout": Log,
 }
-UNRELIABLE: dict[str, type] = {"joy": Joy}
 
 
 @dataclass(frozen=True)
@@ -102,6 +101,6 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
         yield RecordedTopic("/tf_static", transforms, EVERY_LATCHED)
     except ImportError:  # is not among the pip packages, and then nobody sends any
         pass
-    for kinds, qos in ((RELIABLE, EVERY_ONE), (LATCHED, EVERY_LATCHED), (UNRELIABLE, EVERY_UNRELIABLE)):
+    for kinds, qos in ((RELIABLE, EVERY_ONE), (LATCHED, EVERY_LATCHED)):
         for name, kind in kinds.items():
             yield RecordedTopic(name, kind, qos)

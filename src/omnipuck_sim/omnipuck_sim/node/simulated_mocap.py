@@ -6,7 +6,6 @@ from dataclasses import replace
 from math import floor
 from time import monotonic
 
-import numpy as np
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -41,10 +40,6 @@ CATCH_UP_OF_CLOCK = 0.05
 """The same where /clock is published, and everything else waits for it [s]."""
 
 
-Share = Callable[[Simulator], Callable[[], None]]
-"""Puts a simulator among others; returns what advances all of them by a step."""
-
-
 class SimulatedMocap:
     """Runs in real time, stamped by the system's clock; or in simulated time, which it publishes on /clock.
 
@@ -57,14 +52,11 @@ class SimulatedMocap:
         description: world, seed and start, in words.
     """
 
-    def __init__(
-        self, node: Node, settings: Settings, start: np.ndarray | None = None, share: Share | None = None
-    ) -> None:
-        """Publishes through `node`; a robot among others has a start (2,) [m] of its own, and shares the world."""
+    def __init__(self, node: Node, settings: Settings) -> None:
+        """Publishes through `node`."""
         simulation = settings.simulator
         world = load_world(simulation.world)
-        self.simulator = Simulator(world, settings, simulation.seed, start)
-        self._pass_step = self.simulator.step if share is None else share(self.simulator)
+        self.simulator = Simulator(world, settings, simulation.seed)
         self.publishes_clock = simulation.publishes_clock
         x, y = self.simulator.state.position.tolist()
         self.description = f"world {world.name}, seed {simulation.seed}, start {x:.3f}, {y:.3f}"
@@ -141,7 +133,7 @@ class SimulatedMocap:
 
     def _step(self) -> bool:
         """Takes a step; returns whether a pose was measured or sent in it."""
-        self._pass_step()
+        self.simulator.step()
         measures, sends = self._measures_pose(), self._sends_pose()
         if (measures or sends) and self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(self.simulator.time)))

@@ -16,7 +16,7 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.command_check import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_sim.node.pacing import RealTimeFactor
-from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, Share, SimulatedMocap
+from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, SimulatedMocap
 
 GROUPS = (Robot, Cap, Simulation, Limits, Control, Frames)
 
@@ -27,10 +27,9 @@ class SimulatorNode(GraphNode):
     Simulated time passes by the local clock from `start` on, or else pose by pose, whenever `grant` is called.
     """
 
-    def __init__(self, start: np.ndarray | None = None, share: Share | None = None, **kwargs: Any) -> None:
-        """`start` and `share` are as in `SimulatedMocap`; the other keyword arguments go to `rclpy.node.Node`."""
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__("simulator_node", GROUPS, (*LIVE, *MOCAP_LIVE), check_caps, **kwargs)
-        self._room = SimulatedMocap(self, self._settings, start, share)
+        self._room = SimulatedMocap(self, self._settings)
         self._inputs = Inputs(self)
         self._advance: Callable[[], object] = lambda: None
         self._steady = steady_clock()

@@ -22,10 +22,6 @@ SAME_CONTACT = 0.05
 BESIDE = 0.02
 """Distance of a mover below which steps are pymunk's [m]."""
 BODY, WALL = 1, 2
-ANOTHER = -1
-"""Surface of the first other robot; the next ones count down."""
-NOT_DRAWN = 0.0, 0.0
-"""Both robots of a hit compute it, each on its own, and must agree."""
 
 
 class Disc:
@@ -55,7 +51,7 @@ class Disc:
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._body = pymunk.Body(*true_inertia(robot, simulation))
-        self._add_ring(self._body).collision_type = BODY
+        self._add_ring()
         pieces = list(outlines(world))
         self._constants = tuple(self._drive), outline_of(pieces, robot.radius)
         self._surface_of: dict[pymunk.Shape, int] = {}
@@ -64,8 +60,6 @@ class Disc:
         self._surfaces = 1 + max(self._surface_of.values(), default=-1)
         self._movers = movers
         self._walkers = [self._add_walker(number, radius) for number, radius in enumerate(movers[:, 4].tolist())]
-        self._mass = true_inertia(robot, simulation)
-        self._others = np.zeros((0, 6))
         self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
         self._begun: list[tuple[int, Vector, Vector, Vector, Vector]] = []
@@ -80,16 +74,6 @@ class Disc:
         self.motion[:] = *position, *velocity, yaw, 0.0, *velocity
         self._moved, self._touched = True, self._space.collision_persistence
         self._last_impact.clear()
-
-    def meet(self, others: np.ndarray) -> None:
-        """Adds a body like its own for each other robot; the rows (m, 6) of `others` are as in `Simulator.meet`."""
-        self._others = others
-        for number in range(len(others)):
-            body = pymunk.Body(*self._mass)
-            ring = self._add_ring(body)
-            ring.collision_type = WALL
-            self._surface_of[ring] = ANOTHER - number
-            self._walkers.append(body)
 
     def advance(self, step: int, most: int, aim: Aim) -> int:
         """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
@@ -106,8 +90,8 @@ class Disc:
         force_x, force_y, body.torque = push(self._drive, self.motion, aim)
         body.force = force_x, force_y
         self._touched = max(self._touched - 1, 0)
-        for walker, (x, y, vx, vy, _, spin) in zip(self._walkers, self._around, strict=True):
-            walker.position, walker.velocity, walker.angular_velocity = (x, y), (vx, vy), spin
+        for walker, (x, y, vx, vy, _) in zip(self._walkers, self._movers.tolist(), strict=True):
+            walker.position, walker.velocity = (x, y), (vx, vy)
         self._space.step(1.0 / self._drive.rate)
         self.motion[:6] = *body.position, *body.velocity, body.angle, body.angular_velocity
         if self._begun:
@@ -123,12 +107,12 @@ class Disc:
         taken, self._impacts = self._impacts, []
         return taken
 
-    def _add_ring(self, body: pymunk.Body) -> pymunk.Circle:
-        ring = pymunk.Circle(body, self._radius)
+    def _add_ring(self) -> None:
+        ring = pymunk.Circle(self._body, self._radius)
         # pymunk multiplies what two shapes have: the walls' are 1
         ring.elasticity, ring.friction = self._simulation.restitution, self._simulation.friction
-        self._space.add(body, ring)
-        return ring
+        ring.collision_type = BODY
+        self._space.add(self._body, ring)
 
     def _add_solid(self, shape: pymunk.Shape, surface: int) -> None:
         shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
@@ -142,15 +126,10 @@ class Disc:
         self._add_solid(pymunk.Circle(walker, radius), self._surfaces + number)
         return walker
 
-    @property
-    def _around(self) -> list[list[float]]:
-        """Rows x, y [m], vx, vy [m/s], radius [m], yaw rate [rad/s] of movers, which do not turn, and other robots."""
-        return [*([*row, 0.0] for row in self._movers.tolist()), *self._others.tolist()]
-
     def _is_beside_mover(self) -> bool:
         return any(
             (x - self.motion[X]) ** 2 + (y - self.motion[Y]) ** 2 < (self._radius + radius + BESIDE) ** 2
-            for x, y, _, _, radius, _ in self._around
+            for x, y, _, _, radius in self._movers.tolist()
         )
 
     def _begin(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
@@ -168,8 +147,7 @@ class Disc:
         other = arbiter.shapes[1]
         into = (self._body.velocity - other.body.velocity).dot(arbiter.contact_point_set.normal)
         surface = self._surface_of[other]
-        drawn = self._law.drawn() if surface > ANOTHER else NOT_DRAWN
-        arbiter.restitution, arbiter.friction = self._law.of(surface, into, drawn)
+        arbiter.restitution, arbiter.friction = self._law.of(surface, into, self._law.drawn())
 
     def _record(self, time: float) -> None:
         after = self.motion[[VX, VY]]
@@ -178,7 +156,7 @@ class Disc:
             if into <= IMPACT_SPEED or time - self._last_impact.get(surface, -np.inf) <= SAME_CONTACT:
                 continue
             self._last_impact[surface] = time
-            moves = not 0 <= surface < self._surfaces
+            moves = surface >= self._surfaces
             vectors = np.array(point), np.array(normal), np.array(before), after
             self._impacts.append(Impact(time, *vectors, with_mover=moves))
         self._begun.clear()

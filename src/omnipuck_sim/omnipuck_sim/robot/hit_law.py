@@ -29,9 +29,9 @@ class HitLaw:
         return spread, rough
 
     def of(self, surface: int, into: float, drawn: Vector) -> tuple[float, float]:
-        """Restitution and friction of a hit on a surface with a speed `into` it [m/s]; one not drawn has no factor."""
+        """Restitution and friction of a hit on a surface with a speed `into` it [m/s]."""
         simulation, (spread, rough) = self._simulation, drawn
         falls = simulation.restitution - simulation.restitution_slope * max(into, 0.0)
-        restitution = falls * self._factors.get(surface, 1.0) + spread * simulation.restitution_spread
+        restitution = falls * self._factors[surface] + spread * simulation.restitution_spread
         friction = simulation.friction + rough * simulation.friction_spread
         return min(max(restitution, 0.0), 1.0), max(friction, 0.0)

@@ -5,13 +5,12 @@ from math import ceil, isfinite, pi, remainder
 import numpy as np
 
 from collplan_core.impact import Impact
-from collplan_core.parameters import ParameterError, Settings
+from collplan_core.parameters import Settings
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
 from collplan_core.worlds.route import check_movers_apart, clearance, touch_depth
-from omnipuck_sim.robot.disc import Disc
 from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y
 from omnipuck_sim.robot.engine import make_engine
 from omnipuck_sim.robot.noise import ACTUATION_RATE, Noise
@@ -50,8 +49,6 @@ class Simulator:
         self._walks = Walks(world, settings)
         self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound, self._walks.discs)
         self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
-        self._engine = settings.simulator.engine
-        self._others = np.zeros((0, 6))
         self._steps = 0
         self._draws = 0
         self._error: Vector = (0.0, 0.0)
@@ -73,27 +70,8 @@ class Simulator:
 
     @property
     def movers(self) -> np.ndarray:
-        """(k, 5) x, y [m], vx, vy [m/s], radius [m] of each mover and then of each other robot, the truth now."""
-        return np.concatenate([self._walks.discs, self._others[:, :5]])
-
-    def meet(self, count: int) -> np.ndarray:
-        """Puts other robots like this one into its world.
-
-        Returns:
-            (count, 6) x, y [m], vx, vy [m/s], radius [m], yaw rate [rad/s] of each, to be changed between steps.
-
-        Raises:
-            ParameterError: an engine that knows no other robots.
-            WorldError: a world with movers, which know one robot.
-        """
-        if not isinstance(self._disc, Disc):
-            raise ParameterError(f"simulator.engine: got {self._engine}, expected pymunk for several robots")
-        if self._world.movers:
-            raise WorldError(f"world {self._world.called}: movers: got {len(self._world.movers)}, expected none")
-        self._others = np.zeros((count, 6))
-        self._others[:, 4] = self._radius
-        self._disc.meet(self._others)
-        return self._others
+        """(k, 5) x, y [m], vx, vy [m/s], radius [m] of each mover, the truth now."""
+        return self._walks.discs.copy()
 
     @property
     def _yaw(self) -> float:

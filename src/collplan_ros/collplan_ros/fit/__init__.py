@@ -1,1 +1,0 @@
-"""Fits the robot's drive and rebound to recorded runs."""
