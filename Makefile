@@ -94,7 +94,7 @@ faults-long: $(COMPILED) messages  ## as often as each fault needs, hours; ARGS=
 	@$(PYTHON) -m faults --long $(ARGS)
 
 bench: export OPENBLAS_NUM_THREADS = 1
-bench: $(COMPILED)  ## speed, side by side with other planners and simulators
+bench: $(COMPILED)  ## speed, side by side with 1.0.0, another planner and a simulator
 	$(PYTHON) benchmarks/run.py $(ARGS)
 
 graph-gain: $(COMPILED)  ## what of a bounce's gain is left through the graph; ARGS="--real-time", "--worlds 2 --seeds 1"

@@ -34,13 +34,10 @@ def dwa_query(logged: Logged) -> dict[str, Any]:
     velocity = logged.state.velocity
     speed = min(MAX_SPEED, float(np.hypot(*velocity)))
     yaw = math.atan2(velocity[1], velocity[0])
-    scan = logged.scan
-    returned = np.isfinite(scan.ranges)
-    angles = logged.state.yaw + scan.angles[returned]
-    points = logged.state.position + scan.ranges[returned, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    points = logged.scan.points(logged.state, np.isfinite(logged.scan.ranges))
     return {
         "pose": [*logged.state.position.tolist(), yaw],
         "velocity": [speed, 0.0],
-        "goal": logged.goal.tolist(),
+        "goal": np.asarray(logged.world.goal).tolist(),
         "points": points.tolist(),
     }

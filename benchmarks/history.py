@@ -7,34 +7,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
-from report import figure_at
+from report import PANELS
 
 from collplan_study.report.figures import MARKS, OTHER_COLOURS, STYLE, add_caption, new_figure
 
 HISTORY = Path(__file__).with_name("history.csv")
 PICTURE = Path(__file__).parents[1] / "docs/pictures/bench_history.png"
-PANELS: dict[str, dict[str, str]] = {
-    "ratio of times": {
-        "ratios.scan_vs_irsim": "scan over ir-sim's",
-        "ratios.cycle_vs_dwa": "cycle over a dynamic window's",
-        "ratios.trial_vs_irsim": "run over ir-sim's",
-        "ratios.trial_vs_irsim_at_pose_rate": "run over ir-sim's at 100 Hz",
-        "ratios.cycle_pruned_vs_unpruned": "cycle, pruned over unpruned",
-        "ratios.wall_lines_vs_cycle": "walls of a scan over a cycle",
-    },
-    "time [us]": {
-        "cycle_pruned.median_us": "cycle",
-        "plan_to_goal.median_us": "plan to the goal",
-        "plan_to_goal.p99_us": "plan to the goal, p99",
-    },
-    "number a second": {
-        "trials_per_second.harness": "trials, harness",
-        "trials_per_second.bounce": "trials, bounce",
-        "gym_steps_per_second": "steps of the environment",
-    },
-}
-"""Columns with a figure, by the panel of the picture that shows them, and what they are called there."""
-COLUMNS = ("version", "commit", "date", "processor", *(column for shown in PANELS.values() for column in shown))
+FIGURES = [figure for shown in PANELS.values() for figure in shown]
+COLUMNS = ("version", "commit", "date", "processor", *(figure.place for figure in FIGURES))
 
 Line = Mapping[str, str]
 """A line of history.csv by column; a figure that was not measured is empty."""
@@ -42,7 +22,9 @@ Line = Mapping[str, str]
 
 def write_history(figures: Mapping[str, Any], history: Path = HISTORY, picture: Path = PICTURE) -> None:
     """Enters the figures of a `make bench` as the line of their version, and draws the picture anew."""
-    lines = with_line(read_history(history), line_of(figures))
+    line = line_of(figures)
+    by_version = {each["version"]: each for each in read_history(history)} | {line["version"]: line}
+    lines = list(by_version.values())
     with history.open("w", newline="", encoding="utf-8") as file:
         rows = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         rows.writeheader()
@@ -61,19 +43,10 @@ def read_history(history: Path) -> list[Line]:
 def line_of(figures: Mapping[str, Any]) -> Line:
     """The line of what runs/bench.json holds; what a skipped peer would have given is empty."""
     machine = figures["machine"]
-    of_release = [figures["version"], figures["commit"] or "", machine["time"][:10], machine["cpu"]]
-    return dict(zip(COLUMNS, of_release + [_figure(figures, name) for name in COLUMNS[4:]], strict=True))
-
-
-def _figure(figures: Mapping[str, Any], name: str) -> str:
-    value = figure_at(figures, name.split("."))
-    return "" if value is None else np.format_float_positional(value, 4, fractional=False, trim="-")
-
-
-def with_line(lines: Sequence[Line], line: Line) -> list[Line]:
-    """The lines with this one in the place of that of its version, or at the end."""
-    newest = {each["version"]: each for each in lines} | {line["version"]: line}
-    return list(newest.values())
+    of_release = [figures["version"], figures["commit"] or "", machine["time"][:10], machine["processor"]]
+    values = [figure.of(figures) for figure in FIGURES]
+    texts = ["" if each is None else np.format_float_positional(each, 4, fractional=False, trim="-") for each in values]
+    return dict(zip(COLUMNS, of_release + texts, strict=True))
 
 
 @rc_context(STYLE)
@@ -82,7 +55,7 @@ def draw(lines: Sequence[Line], picture: Path) -> None:
     figure, releases = new_figure(9.6, 3.8), range(len(lines))
     machines = dict.fromkeys(line["processor"] for line in lines)
     for axes, (title, shown) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
-        for number, (column, name) in enumerate(shown.items()):
+        for number, (column, name, _) in enumerate(shown):
             if any(line[column] for line in lines):
                 values = [float(line[column] or "nan") for line in lines]
                 colour = OTHER_COLOURS[number % len(OTHER_COLOURS)]

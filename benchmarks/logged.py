@@ -1,7 +1,10 @@
 """States logged from closed-loop runs (simulated), each with the scan taken there and what the planner remembered."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -12,67 +15,54 @@ from collplan_core.plan import NoPlan, Plan
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
-from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import run_trial
-from omnipuck_sim.trial_record import TrialResult
+
+
+@cache
+def settings_for(strategy: str) -> Settings:
+    """The shipped settings with a strategy."""
+    return Settings().with_values({"planner.strategy": strategy})
 
 
 @dataclass(frozen=True, eq=False)
 class Logged:
-    """One cycle's inputs, and the plan that the shipped settings make of them."""
+    """One cycle's inputs."""
 
     strategy: str
     world: World
     state: State
     scan: Scan
-    goal: np.ndarray
     memory: Any
-    plan: Plan
 
-    @property
-    def chooses(self) -> bool:
-        """Whether candidates are compared: the goal is not in free space yet."""
-        return self.plan.n_before_pruning > 1
-
-
-def settings_for(strategy: str, pruned: bool = True) -> Settings:
-    """The shipped settings with a strategy, with or without both prunings."""
-    shipped = Settings()
-    planner = replace(shipped.planner, strategy=strategy, position_pruning=pruned, velocity_pruning=pruned)
-    return replace(shipped, planner=planner)
+    def plan(self) -> tuple[Plan, Any]:
+        """A whole plan from the scan, as the planner makes it, and what the planner remembers then."""
+        settings = settings_for(self.strategy)
+        local_map = build_local_map(self.scan, self.state, settings.robot, local_mapping_of(settings))
+        goal = np.asarray(self.world.goal)
+        return planner_for(self.strategy).plan(self.memory, local_map, self.state, goal, settings)
 
 
-def cycle(logged: Logged, settings: Settings) -> Plan:
-    """A whole plan from a scan: local map, candidates, costs, trajectory."""
-    local_map = build_local_map(logged.scan, logged.state, settings.robot, local_mapping_of(settings))
-    plan, _ = planner_for(settings.planner.strategy).plan(logged.memory, local_map, logged.state, logged.goal, settings)
-    return plan
-
-
-def logged_states(worlds: list[str], seeds: range) -> list[Logged]:
-    """The states of every run of each strategy in each world with each seed."""
-    cases = [(strategy, load_world(spec), seed) for strategy in PAPER_WEIGHTS for spec in worlds for seed in seeds]
-    return [state for case in cases for state in _states_of_run(*case)]
+def logged_states(strategies: Iterable[str], worlds: list[str], seeds: range, every: int = 1) -> list[Logged]:
+    """Every so many of the states of each strategy's runs in each world with each seed, where it has a choice."""
+    cases = [(strategy, load_world(spec), seed) for strategy in strategies for spec in worlds for seed in seeds]
+    return [state for case in cases for state in islice(_states_of_run(*case), 0, None, every)]
 
 
 def _states_of_run(strategy: str, world: World, seed: int) -> Iterator[Logged]:
-    settings = settings_for(strategy)
-    run = run_trial(world, settings, seed)
-    goal, memory = np.asarray(world.goal), None
-    for state in _states_every(run, settings):
-        scan = simulate_scan(world, state, settings.lidar)
-        local_map = build_local_map(scan, state, settings.robot, local_mapping_of(settings))
-        try:
-            plan, after = planner_for(strategy).plan(memory, local_map, state, goal, settings)
-        except NoPlan:
-            continue
-        yield Logged(strategy, world, state, scan, goal, memory, plan)
-        memory = after
+    settings, memory = settings_for(strategy), None
+    stride = round(map_period_of(settings.planner) * settings.simulator.mocap_rate)
+    for t, x, y, vx, vy in run_trial(world, settings, seed).trajectory[::stride]:
+        state = State(float(t), np.array([x, y]), np.array([vx, vy]), 0.0)
+        logged = Logged(strategy, world, state, simulate_scan(world, state, settings.lidar), memory)
+        with suppress(NoPlan):
+            plan, memory = logged.plan()
+            # with the goal in free space the paper's planner compares nothing: such cycles would lower the times
+            if plan.n_before_pruning > 1:
+                yield logged
 
 
-def _states_every(run: TrialResult, settings: Settings) -> Iterator[State]:
-    """The true states of a run, one each map_period."""
-    for t, x, y, vx, vy in run.trajectory[:: round(map_period_of(settings.planner) * settings.simulator.mocap_rate)]:
-        yield State(float(t), np.array([x, y]), np.array([vx, vy]), 0.0)
+def thinned(states: list[Logged], most: int) -> list[Logged]:
+    """At most `most` of the states, evenly spread."""
+    return states[:: max(1, -(-len(states) // most))]

@@ -1,20 +1,16 @@
 """Program for the peers' environment: reads requests from stdin, times one round of a peer, answers on stdout."""
 
-import json
 import math
-import os
-import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
+from answering import serve
+from timing import time_each
 
 BEAMS, RANGE_MIN, RANGE_MAX = 360, 0.02, 5.0
-
-scene: dict[str, Any] = {}
 
 
 def irsim_scene(world: dict[str, Any], radius: float, max_speed: float, step_time: float) -> dict[str, Any]:
@@ -38,8 +34,8 @@ def irsim_scene(world: dict[str, Any], radius: float, max_speed: float, step_tim
     return {"world": {**arena, "collision_mode": "contact"}, "robot": [robot], "obstacle": obstacles}
 
 
-def make_scene(step_time: float) -> Any:
-    """ir-sim's environment for the world that was set last."""
+def environment(step_time: float, scene: dict[str, Any]) -> Any:
+    """ir-sim's environment for a scene: its world, and the robot's radius and max_speed."""
     import irsim
 
     with tempfile.TemporaryDirectory() as folder:
@@ -48,74 +44,28 @@ def make_scene(step_time: float) -> Any:
         return irsim.make(str(path), headless=True, log_level="ERROR")
 
 
-def set_world(**description: Any) -> dict[str, Any]:
-    """Set the world that scans and trials take place in; returns the beams' directions [rad]."""
-    scene.clear()
-    scene.update(description)
-    lidars["scene"] = make_scene(0.05)
-    lidar = lidars["scene"].robot.sensors[0]
-    return {"angles": lidar.angle_list.tolist()}
+def scan(scene: dict[str, Any], poses: list[list[float]]) -> list[float]:
+    """Wall time of Lidar2D.step at each pose [us]."""
+    lidar = environment(0.05, scene).robot.sensors[0]
+    return time_each(lidar.step, [np.array(pose)[:, None] for pose in poses])
 
 
-lidars: dict[str, Any] = {}
+def trial(scene: dict[str, Any], path: list[list[float]], step_time: float) -> list[float]:
+    """Wall time of steps that move the robot along a path [us]; each command leads from the current pose to a point."""
+    env = environment(step_time, scene)
+    points = [np.array(point)[:, None] for point in path]
+    return [sum(time_each(lambda point: env.step((point - env.robot.state[:2]) / step_time), points))]
 
 
-def scan(poses: list[list[float]]) -> dict[str, Any]:
-    """Wall time of Lidar2D.step at each pose [us], and the last ranges."""
-    lidar = lidars["scene"].robot.sensors[0]
-    times = []
-    for pose in poses:
-        state = np.array(pose)[:, None]
-        started_at = time.perf_counter_ns()
-        lidar.step(state)
-        times.append((time.perf_counter_ns() - started_at) / 1e3)
-    return {"us": times, "ranges": lidar.range_data.tolist()}
-
-
-def trial(path: list[list[float]], step_time: float) -> dict[str, Any]:
-    """Wall time of steps that move the robot along a path [s]; each command leads from the current pose to a point."""
-    env = make_scene(step_time)
-    started_at = time.perf_counter()
-    for point in path:
-        env.step((np.array(point)[:, None] - env.robot.state[:2]) / step_time)
-    wall = time.perf_counter() - started_at
-    end = env.robot.state[:2, 0].tolist()
-    return {"s": wall, "steps": len(path), "end": end}
-
-
-def dwa_round(settings: dict[str, Any], queries: list[dict[str, Any]]) -> dict[str, Any]:
-    """Wall time of planning [us] and number of candidates for each query."""
+def dwa_round(settings: dict[str, Any], queries: list[dict[str, Any]]) -> list[float]:
+    """Wall time of planning for each query [us]."""
     import dwa
 
     config = dwa.Config(**settings)
-    times, candidates = [], []
-    for query in queries:
-        points = np.array(query["points"], dtype=np.float32)
-        pose, velocity, goal = tuple(query["pose"]), tuple(query["velocity"]), tuple(query["goal"])
-        started_at = time.perf_counter_ns()
-        dwa.planning(pose, velocity, goal, points, config)
-        times.append((time.perf_counter_ns() - started_at) / 1e3)
-        window = dwa.DynamicWindow(velocity, config)
-        candidates.append(len(window.possible_v) * len(window.possible_w))
-    return {"us": times, "candidates": candidates}
-
-
-REQUESTS = {"world": set_world, "scan": scan, "trial": trial, "dwa": dwa_round}
-
-
-def main() -> None:
-    """Answer until stdin ends."""
-    answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # stdout carries answers alone; what a peer prints goes to stderr
-    for line in sys.stdin:
-        request = json.loads(line)
-        try:
-            answer = {"result": REQUESTS[request.pop("what")](**request)}
-        except Exception as error:  # any error of a peer is reported as the reason to skip it
-            answer = {"error": f"{type(error).__name__}: {error}"}
-        answers.write(json.dumps(answer) + "\n")
-        answers.flush()
+    names = ("pose", "velocity", "goal")
+    cases = [(*(tuple(each[name]) for name in names), np.array(each["points"], dtype=np.float32)) for each in queries]
+    return time_each(lambda case: dwa.planning(*case, config), cases)
 
 
 if __name__ == "__main__":
-    main()
+    serve({"scan": scan, "trial": trial, "dwa": dwa_round})

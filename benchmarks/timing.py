@@ -1,36 +1,15 @@
-"""Times of calls, and ratios of interleaved rounds."""
+"""Times of calls in rounds that take turns, and ratios of such rounds."""
 
 import statistics
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter_ns
 from typing import Any, TypeVar
 
 import numpy as np
 
 Case = TypeVar("Case")
-
-
-@dataclass
-class Timed:
-    """Times of repeated calls, round by round [us]."""
-
-    rounds: list[list[float]] = field(default_factory=list)
-
-    @property
-    def medians(self) -> list[float]:
-        """Median of each round [us]."""
-        return [statistics.median(times) for times in self.rounds]
-
-    @property
-    def all(self) -> np.ndarray:
-        """(n,) every time of every round [us]."""
-        return np.concatenate([np.zeros(0), *self.rounds])
-
-    def summary(self) -> dict[str, float | int]:
-        """median_us, p99_us, n."""
-        median, p99 = np.percentile(self.all, [50, 99])
-        return {"median_us": round(float(median), 2), "p99_us": round(float(p99), 2), "n": len(self.all)}
+Rounds = list[list[float]]
+"""Times of repeated calls, round by round [us]."""
 
 
 def time_each(call: Callable[[Case], Any], cases: Iterable[Case]) -> list[float]:
@@ -43,12 +22,24 @@ def time_each(call: Callable[[Case], Any], cases: Iterable[Case]) -> list[float]
     return times
 
 
-def ratio(ours: Timed, theirs: Timed) -> dict[str, float]:
-    """Ratio of ours to theirs: median, lowest and highest over the rounds of the ratio of a round's medians."""
-    return ratio_of(ours.medians, theirs.medians)
+def in_turn(measures: Mapping[str, Callable[[int], list[float]]], rounds: int) -> dict[str, Rounds]:
+    """The rounds of each measure, which gets the number of its round; one of each, then the next of each."""
+    timed: dict[str, Rounds] = {name: [] for name in measures}
+    for number in range(rounds):
+        for name, measure in measures.items():
+            timed[name].append(measure(number))
+    return timed
 
 
-def ratio_of(ours: Sequence[float], theirs: Sequence[float]) -> dict[str, float]:
-    """Ratio of ours to theirs from one figure of each round: median, lowest and highest of the rounds' ratios."""
-    each = [a / b for a, b in zip(ours, theirs, strict=True)]
-    return {"ratio": statistics.median(each), "lowest": min(each), "highest": max(each)}
+def summary(rounds: Rounds) -> dict[str, float | int]:
+    """median_us, p99_us, n."""
+    every = np.concatenate(rounds)
+    median, p99 = np.percentile(every, [50, 99])
+    return {"median_us": round(float(median), 2), "p99_us": round(float(p99), 2), "n": len(every)}
+
+
+def compared(ours: Rounds, peer: Rounds) -> dict[str, Any]:
+    """Both summaries; median, lowest and highest over the rounds of the ratio of a round's medians."""
+    ratios = [statistics.median(a) / statistics.median(b) for a, b in zip(ours, peer, strict=True)]
+    ratio = {"ratio": statistics.median(ratios), "lowest": min(ratios), "highest": max(ratios)}
+    return {**ratio, "ours": summary(ours), "peer": summary(peer)}

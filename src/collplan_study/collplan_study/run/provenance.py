@@ -86,7 +86,7 @@ def new_provenance(
         "parameters": Settings().with_values({ENGINE: question.engine}).values(),
         "code": {"trial": trial_code(), "git": git_state()},
         "versions": {name: found for name in PROJECT + LIBRARIES if (found := _version(name))},
-        "platform": _platform(),
+        "platform": platform_record(),
         "sessions": [],
     }
 
@@ -125,7 +125,8 @@ def _now() -> str:
     return datetime.now(timezone.utc).isoformat(timespec="seconds")
 
 
-def _platform() -> dict[str, Any]:
+def platform_record() -> dict[str, Any]:
+    """What a run ran on: Python, system, machine, processor, number of processors."""
     return {
         "python": platform.python_version(),
         "system": platform.platform(),
