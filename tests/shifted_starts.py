@@ -12,7 +12,7 @@ import pytest
 from collplan_core.worlds import World, load_world
 
 SHIFTS = {"as is": 0.0, "shifted 1e-9": 1e-9, "shifted -2e-9": -2e-9}
-"""How far aside the start lies [m]."""
+"""Distances by which a start is shifted along both axes [m]."""
 each_shift = pytest.mark.parametrize("shift", SHIFTS.values(), ids=SHIFTS)
 
 

@@ -25,9 +25,9 @@ BACK = 0.4
 SILENT = 0.32
 """Longest time from a hand's last message to zero: limits.hand_age, two periods, and what two messages take [s]."""
 PERIOD = 0.05
-"""Of a hand's messages, as joy_node repeats those of a joystick [s]."""
+"""Time between two messages of a hand, as joy_node repeats those of a joystick [s]."""
 SPEED = 0.3
-"""Of the robot by hand [m/s]."""
+"""Speed of the robot by hand [m/s]."""
 TOPIC = "hand/cmd_vel"
 DRIVES = 0.4, 0.8
 """For so long a hand drives [s]."""

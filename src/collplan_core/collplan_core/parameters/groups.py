@@ -572,7 +572,7 @@ WITHOUT_EFFECT = (
     "robot.motion_delay_estimated",
     "teleop.",
 )
-"""What keys of removed parameters begin with that changed no result, or did what robot.learning does now. Files of earlier versions hold them, and LOCKSTEP for a speed_factor of 0."""
+"""Beginnings of the keys of removed parameters that are ignored. Files of earlier versions hold them, and LOCKSTEP for a speed_factor of 0."""
 
 
 def all_specs() -> dict[str, Spec]:

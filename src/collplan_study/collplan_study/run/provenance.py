@@ -126,7 +126,7 @@ def _now() -> str:
 
 
 def platform_record() -> dict[str, Any]:
-    """What a run ran on: Python, system, machine, processor, number of processors."""
+    """Returns the Python, system, machine, processor and number of processors that a run has."""
     return {
         "python": platform.python_version(),
         "system": platform.platform(),
