@@ -54,7 +54,7 @@ def whole_costs(problem: Problem, states: np.ndarray) -> np.ndarray:
     """(k,) cost of rollouts that end in states (k, 5), with the time to go from there [s]."""
     costs = states[:, 4].copy()
     for k, row in enumerate(states):
-        costs[k] += to_go(problem, Motion(row[0], row[1], row[2], row[3], 0.0))
+        costs[k] += to_go(problem, Motion(row[0], row[1], row[2], row[3], 0.0, 0))
     return costs
 
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.movers.record import ALL_STANDS, NEW, STANDS
 from collplan_core.parameters import Lidar
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
@@ -17,6 +18,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     INFERRED,
     NOTHING,
     OBSERVED,
+    PENDING,
     clearance_at,
     source_at,
 )
@@ -265,15 +267,21 @@ def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generat
     behind = memory.pieces[memory.solid_behind] - 0.12 * np.tile(memory.normals[memory.solid_behind], 2)
     nodes = rng.integers(0, field.clearance.shape, (1500, 2))
     near = np.argwhere(field.clearance < FAR)
-    nodes = np.vstack([nodes, near[rng.integers(0, len(near), 1500)]])
+    if len(near):
+        nodes = np.vstack([nodes, near[rng.integers(0, len(near), 1500)]])
     points = shapely.points(field.origin + nodes * field.spacing)
-    observed = shapely.distance(lines(memory.pieces), points) - RADIUS
-    inferred = shapely.distance(lines(behind), points) - RADIUS if len(behind) else np.full(len(points), np.inf)
+    standing, pending, unseen = (memory.pieces[memory.kinds == kind] for kind in (OBSERVED, PENDING, INFERRED))
+    of_kinds = standing, pending, np.vstack([behind, unseen])
+    distances = [
+        shapely.distance(lines(each), points) if len(each) else np.full(len(points), np.inf) for each in of_kinds
+    ]
+    to = np.array(distances) - RADIUS
     values, sources = field.clearance[tuple(nodes.T)], field.source[tuple(nodes.T)]
-    np.testing.assert_allclose(values, np.minimum(FAR, np.minimum(observed, inferred)), atol=1e-9)
+    np.testing.assert_allclose(values, np.minimum(FAR, to.min(axis=0)), atol=1e-9)
     assert (sources[values == FAR] == NOTHING).all()
-    assert (sources[observed < np.minimum(FAR, inferred) - 1e-9] == OBSERVED).all()
-    assert (sources[inferred < np.minimum(FAR, observed) - 1e-9] == INFERRED).all()
+    for k, kind in enumerate((OBSERVED, PENDING, INFERRED)):
+        nearest = to[k] < np.minimum(FAR, np.delete(to, k, axis=0).min(axis=0)) - 1e-9
+        assert (sources[nearest] == kind).all()
 
 
 @QUICK
@@ -285,6 +293,36 @@ def test_the_field_is_that_of_the_pieces_left(seed: int, noise: float):
         positions = wander(world, np.zeros(2), 12, rng)
         memory = remembered(maps_along(world, positions, noise), memory)
     assert_is_of_the_pieces(memory, rng)
+
+
+def of_kinds(local_map: LocalMap, stands) -> LocalMap:
+    """The map of a scan of which these beams met what stands."""
+    kinds = np.where(np.broadcast_to(stands, len(local_map.view)), STANDS, NEW)
+    return replace(local_map, returns=replace(ALL_STANDS, kinds=kinds))
+
+
+@QUICK
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.004]), st.sampled_from([0.0, 0.02, 0.3]))
+def test_the_field_says_what_stands_what_is_in_sight_and_what_was_only_seen(seed: int, noise: float, share: float):
+    rng = np.random.default_rng(seed)
+    world = uneven_world(rng)
+    maps = list(maps_along(world, wander(world, np.zeros(2), 12, rng), noise))
+    memory = None
+    for local_map in maps:
+        memory = remembered([of_kinds(local_map, rng.random(len(local_map.view)) < share)], memory)
+        assert (memory.kinds[memory.seen < local_map.stamp] != PENDING).all()
+        assert (memory.kinds[memory.seen == local_map.stamp] != INFERRED).all()
+    assert_is_of_the_pieces(memory, rng)
+
+
+def test_by_hand_a_wall_is_pending_until_it_stands_and_as_inferred_once_it_is_out_of_sight_before():
+    wall, hidden, place = world_of([WALL]), world_of([WALL, box(-0.6, 0.1, 0.6, 0.15)]), (0.0, 0.4 - RADIUS)
+    seen, kinds = None, []
+    for world, stands in ((wall, False), (wall, False), (hidden, False), (wall, False), (wall, True), (hidden, False)):
+        seen = remembered([stamped(of_kinds(map_of(world), stands), 0.05 * len(kinds))], seen)
+        kinds.append(source(seen, *place))
+        assert clearance(seen, *place) == pytest.approx(0.0, abs=1e-9)
+    assert kinds == [PENDING, PENDING, INFERRED, PENDING, OBSERVED, OBSERVED]
 
 
 ROW = [np.array([[x, 0.3], [x + 0.2, 0.3], [x + 0.1, 0.5]]) for x in np.arange(-0.5, 5.0, 0.6)]

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from collplan_core.reflection import Ring, rebound
 from collplan_core.time_to_goal_planner.arrival import BRAKING_SHARE, UNSTOPPABLE, admits_stop
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, clearance_at
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, PENDING, clearance_at
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES, Contact, Motion, contact_cost, margin_cost
 from collplan_core.time_to_goal_planner.model import (
     CONTROL_INTERVAL,
@@ -52,7 +52,7 @@ ROOM = problem_over(faces_field(*((k * np.pi / 2, HALF) for k in range(4)), half
 
 def coasting(ring: Ring = MODEL.ring) -> RobotModel:
     """A robot without wheels: nothing but boundaries changes its velocity."""
-    return RobotModel(MODEL.wheels._replace(max_acceleration=1e-15), ring)
+    return MODEL._replace(wheels=MODEL.wheels._replace(max_acceleration=1e-15), ring=ring)
 
 
 def with_model(problem: Problem, model: RobotModel) -> Problem:
@@ -148,6 +148,20 @@ def test_a_slow_contact_slides_and_inferred_solid_takes_the_speed_into_it():
     np.testing.assert_allclose(motion[2:4], rebound(np.array([-np.cos(0.5), -np.sin(0.5)]), unit(0.0), dull))
 
 
+def test_by_hand_what_is_pending_is_met_as_inferred_solid_until_it_will_have_stood():
+    """From 0.6 s of the plan on, 24 steps: 0.25 s to stand and 0.35 s to turn off if it does not."""
+    problem, begin = with_model(one_wall(0.0, PENDING), coasting()), at_wall(0.0, 0.5, 1.0, 0.5)
+    for begun, kind in ((0, INFERRED), (23, INFERRED), (24, OBSERVED), (80, OBSERVED)):
+        (expected,), (found,) = (
+            stepped(with_model(one_wall(0.0, kind), coasting()), begin, [(0.0, 0.0)], begun),
+            stepped(problem, begin, [(0.0, 0.0)], begun),
+        )
+        assert found == expected, begun
+        assert (found[1].kind, found[0].steps) == (kind, begun + 1)
+    slower = robot_model(with_strategy("bounce", movers__standing_time=1.0))
+    assert slower.stood_by == pytest.approx(MODEL.stood_by + 0.75)
+
+
 def test_from_inside_a_wall_the_robot_comes_out_at_once():
     for deep in (0.001, 0.01, 0.04, 0.08):
         for velocity in ((0.0, 0.0), (-1.2, 0.0), (1.2, 0.0), (0.0, 1.0)):
@@ -198,7 +212,7 @@ def test_by_hand_what_an_interval_within_the_margin_costs():
     """By the square of how far within: at the wall as much as it lasts."""
     costs, problem = contact_costs(with_strategy("bounce")), ROOM
     for clearance in (0.0, 0.005, 0.02, 0.05):
-        place = Motion(HALF - clearance, 0.0, 1.0, 0.0, 0.0)
+        place = Motion(HALF - clearance, 0.0, 1.0, 0.0, 0.0, 0)
         within = max(0.0, 1.0 - clearance / costs.margin)
         expected = CONTROL_INTERVAL * costs.near * costs.margin**2 * within**2
         assert margin_cost(problem.clearance, problem.constants.grid, costs, place) == pytest.approx(expected, abs=1e-6)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.time_to_goal_planner.arrival import UNREACHED_COST, least_time, to_go
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, PENDING
 from collplan_core.time_to_goal_planner.full_plan import SHORTEST, FullPlan, sample_trajectory
 from collplan_core.time_to_goal_planner.initial_plans import (
     CoarsePlans,
@@ -62,7 +62,9 @@ def u_turn() -> Problem:
 
 @cache
 def pillars() -> Problem:
-    return problem_over(joined(pillars_field(*POSTS), faces_field((np.pi / 2, 0.4))), (1.2, 0.0))
+    """Beside a wall that was seen just now: contacts early in a plan are others than late ones."""
+    wall = faces_field((np.pi / 2, 0.4), source=PENDING)
+    return problem_over(joined(pillars_field(*POSTS), wall), (1.2, 0.0))
 
 
 @cache
@@ -286,6 +288,21 @@ def test_by_hand_the_trajectory_of_a_bounce():
     np.testing.assert_allclose(contacts, [expected], atol=1e-3)
     assert rows[:, 1].max() == pytest.approx(0.3, abs=1e-3)
     np.testing.assert_allclose(rows[-1], (0.75, 0.3 - 0.5 * 0.7 * SPEED, 0.0, -0.7 * SPEED, 0.0), atol=2e-3)
+
+
+def test_a_plan_pays_for_a_pending_wall_as_for_inferred_solid_if_it_comes_there_soon_and_as_for_a_wall_later():
+    """Head-on at v_max into a wall 0.3 m or 0.9 m away: there after 0.25 s, or after 0.75 s."""
+    for away, kind in ((0.3, INFERRED), (0.9, OBSERVED)):
+        commands = np.repeat([(SPEED, 0.0), (-0.7 * SPEED, 0.0)], (round(away / SPEED / CONTROL_INTERVAL), 10), axis=0)
+        plans, all_contacts = [], []
+        for source in (kind, PENDING):
+            problem = problem_over(faces_field((np.pi, away), source=source), (-1.2, 0.0))
+            plans.append(rolled(problem, (0.0, 0.0, SPEED, 0.0), commands))
+            begin = motion_in(problem, (0.0, 0.0, SPEED, 0.0))
+            all_contacts.append(sample_trajectory(problem, begin, commands, RADIUS)[1])
+        assert_same(*plans)
+        np.testing.assert_array_equal(*all_contacts)
+        assert [contact[8] for contact in all_contacts[0]][:1] == [kind]
 
 
 def test_the_best_coarse_plans_begin_differently_and_come_in_order():

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.deadline import after_looks, never
+from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.movers.record import ALL_STANDS, NEW
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
@@ -20,6 +22,8 @@ from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
 from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, SETTLED, SMOOTHED, RolloutMemory, plan_cycle
 from collplan_core.time_to_goal_planner.refinement import refine
+from collplan_core.worlds.raycast import simulate_scan
+from loop_scenes import IDENTITY, cycles
 from scenes import box, map_of, unit, world_of
 from time_to_goal_scenes import RADIUS, SETTINGS, motion_in, with_strategy
 
@@ -170,6 +174,35 @@ def test_at_full_speed_toward_a_wall_each_strategy_does_its_own():
     # nothing stops it in time: it brakes with all it has
     after = plans["stop_guarantee"].times[3] - plans["stop_guarantee"].times[0]
     assert plans["stop_guarantee"].velocities[3] == pytest.approx((1.2 - after * 1.5, 0.0), abs=1e-9)
+
+
+def test_what_was_seen_just_now_is_bounced_off_in_time_but_not_at_once():
+    """As if it were solid that is inferred, or the wall that it will be by then."""
+
+    def first(world, state, goal, new: bool, standing_time: float = SETTINGS.movers.standing_time):
+        local_map = map_of(world, state.position, half_side=1.2)
+        if new:
+            local_map = replace(local_map, returns=replace(ALL_STANDS, kinds=np.full(len(local_map.view), NEW)))
+        setting = cheap(movers__standing_time=standing_time)
+        return plan_cycle(None, local_map, state, np.array(goal), setting)[0]
+
+    wall, fast = world_of([box(0.2 + RADIUS, -2.0, 0.6, 2.0)]), state_at(velocity=(1.2, 0.0))
+    soon, stood = (first(wall, fast, (-0.6, 0.0), new) for new in (True, False))
+    assert len(soon.contacts.times) == 0 < len(stood.contacts.times)
+    assert soon.terms["total"] > stood.terms["total"] + 0.1
+    late, never = (first(TURN, state_at(), AROUND, True, standing_time) for standing_time in (0.25, 3.0))
+    assert late.contacts.times[0] > 0.6
+    assert len(never.contacts.times) == 0
+    assert late.terms["total"] < never.terms["total"] - 0.1
+
+
+def test_the_first_plan_of_a_loop_turns_at_a_wall_that_has_not_stood_yet():
+    loop, state = PlannerLoop(with_strategy("bounce"), lambda settings: never), state_at(stamp=1.0)
+    loop.take_goal(IDENTITY, AROUND, 1.0)
+    loop.take_pose(state, 1.0)
+    loop.take_scan(simulate_scan(TURN, state, SETTINGS.lidar), 1.0)
+    (first,) = cycles(loop.cycle(1.01))
+    assert len(first.plan.contacts.times) > 0
 
 
 def test_no_contact_above_the_limit_is_planned():

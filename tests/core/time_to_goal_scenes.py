@@ -135,9 +135,9 @@ def of_strategy(problem: Problem, strategy: str, stop_test: bool = False) -> Pro
     return problem._replace(constants=constants, stop_test=stop_test)
 
 
-def motion_in(problem: Problem, state) -> Motion:
-    """The motion of a state (x, y, vx, vy)."""
-    return motion_at(problem.clearance, problem.constants.grid, *map(float, state))
+def motion_in(problem: Problem, state, steps: int = 0) -> Motion:
+    """The motion of a state (x, y, vx, vy), so many steps after a plan began."""
+    return motion_at(problem.clearance, problem.constants.grid, *map(float, state), steps)
 
 
 def rolled(problem: Problem, state, commands, most: int = 0) -> FullPlan:
@@ -151,9 +151,9 @@ def has_arrived(problem: Problem, plan: FullPlan) -> bool:
     return bool(np.hypot(plan.states[plan.n, 0] - goal.x, plan.states[plan.n, 1] - goal.y) <= goal.tolerance)
 
 
-def stepped(problem: Problem, state, commands) -> list[tuple[Motion, Contact]]:
-    """What `step` makes of a state step by step under commands (n, 2), one a step."""
-    motion, steps = motion_in(problem, state), []
+def stepped(problem: Problem, state, commands, begun: int = 0) -> list[tuple[Motion, Contact]]:
+    """What `step` makes of a state step by step under commands (n, 2), one a step, `begun` steps after a plan began."""
+    motion, steps = motion_in(problem, state, begun), []
     for ux, uy in np.asarray(commands, dtype=float):
         grid, _, model, _, _ = problem.constants
         course = course_of(motion, ux, uy)

@@ -34,7 +34,7 @@ def _is_free(problem: Problem, x: float, y: float) -> bool:
 def _stops(problem: Problem, motion: Motion, swerve: float) -> bool:
     """Returns whether braking that first pushes `swerve` [rad] off straight back touches nothing and ends free."""
     grid, brake = problem.constants.grid, BRAKING_SHARE * problem.constants.model.wheels.max_acceleration
-    x, y, vx, vy, _ = motion
+    x, y, vx, vy, _, _ = motion
     speed = math.hypot(vx, vy)
     if speed > 1e-9:
         c, s = -math.cos(swerve) / speed, -math.sin(swerve) / speed

@@ -9,6 +9,7 @@ from collplan_core.reflection import Ring, reflect
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     INFERRED,
     OBSERVED,
+    PENDING,
     Grid,
     clearance_at,
     normal_at,
@@ -25,18 +26,23 @@ from collplan_core.time_to_goal_planner.model import (
 )
 from collplan_core.velocity_law import Course, VelocityLaw, course_after_step, course_to, velocity_after
 
-NO_CONTACT, SLIDES = 0, 3
+NO_CONTACT, SLIDES = 0, 4
 """Kinds of contact beside OBSERVED and INFERRED."""
 
 
 class Motion(NamedTuple):
-    """Position [m] and velocity [m/s] of the disc's centre, world frame, and a lower bound of its clearance [m]."""
+    """Position [m] and velocity [m/s] of the disc's centre, world frame, and a lower bound of its clearance [m].
+
+    Attributes:
+        steps: number of steps since the plan began.
+    """
 
     x: float
     y: float
     vx: float
     vy: float
     clearance_bound: float
+    steps: int
 
 
 class Contact(NamedTuple):
@@ -60,9 +66,9 @@ NOTHING_TOUCHED = Contact(NO_CONTACT, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit
-def motion_at(clearance: np.ndarray, grid: Grid, x: float, y: float, vx: float, vy: float) -> Motion:
-    """The motion through (x, y) at (vx, vy), its clearance read from the field."""
-    return Motion(x, y, vx, vy, clearance_at(clearance, grid, x, y))
+def motion_at(clearance: np.ndarray, grid: Grid, x: float, y: float, vx: float, vy: float, steps: int = 0) -> Motion:
+    """The motion through (x, y) at (vx, vy) after some steps of a plan, its clearance read from the field."""
+    return Motion(x, y, vx, vy, clearance_at(clearance, grid, x, y), steps)
 
 
 @njit
@@ -74,12 +80,12 @@ def course_of(motion: Motion, ux: float, uy: float) -> Course:
 @njit
 def free_step(wheels: VelocityLaw, motion: Motion, course: Course) -> tuple[Motion, Course]:
     """The motion and its course after STEP where nothing is in the way; a bound below 0 means it was not looked."""
-    x, y, vx, vy, bound = motion
+    x, y, vx, vy, bound, steps = motion
     course = course_after_step(wheels, course)
     wx, wy = course.ux + course.gap * course.ex, course.uy + course.gap * course.ey
     dx, dy = 0.5 * (vx + wx) * STEP, 0.5 * (vy + wy) * STEP
     # no component of a step is longer than the step
-    return Motion(x + dx, y + dy, wx, wy, bound - abs(dx) - abs(dy)), course
+    return Motion(x + dx, y + dy, wx, wy, bound - abs(dx) - abs(dy), steps + 1), course
 
 
 @njit
@@ -94,7 +100,7 @@ def step(
     if end.clearance_bound > 0.0:
         return end, onward, NOTHING_TOUCHED
     after = clearance_at(clearance, grid, end.x, end.y)
-    end = Motion(end.x, end.y, end.vx, end.vy, after)
+    end = Motion(end.x, end.y, end.vx, end.vy, after, end.steps)
     if after >= 0.0:
         return end, onward, NOTHING_TOUCHED
     stopped, contact = _step_with_contact(clearance, source, grid, model, motion, end, course.ux, course.uy)
@@ -115,7 +121,7 @@ def _step_with_contact(
     """A step that meets a boundary: motion up to the contact, and on under u for the rest of the step.
 
     At the contact, above IMPACT_SPEED, the rebound of a disc without spin (`reflect`); below it the normal speed is
-    removed.
+    removed. By a late contact what is pending has stood, or is known not to.
     """
     share = _contact_share(clearance, grid, motion, end)
     cx, cy = motion.x + share * (end.x - motion.x), motion.y + share * (end.y - motion.y)
@@ -124,7 +130,9 @@ def _step_with_contact(
     normal_speed = -(sx * nx + sy * ny)
     kind, rx, ry = SLIDES, sx, sy
     if normal_speed > IMPACT_SPEED:
-        kind = OBSERVED if source_at(source, grid, cx, cy) != INFERRED else INFERRED
+        what = source_at(source, grid, cx, cy)
+        too_soon = what == PENDING and motion.steps * STEP < model.stood_by
+        kind = INFERRED if what == INFERRED or too_soon else OBSERVED
         restitution = model.ring.restitution if kind == OBSERVED else 0.0
         ring = Ring(restitution, model.ring.friction, model.ring.inertia_factor, model.ring.body_share)
         rx, ry, _ = reflect(sx, sy, 0.0, nx, ny, ring)
@@ -142,7 +150,7 @@ def _step_with_contact(
         out_x, out_y = normal_at(clearance, grid, px, py)
         px, py = px - measured * out_x, py - measured * out_y
     bound = 0.0 if measured < 0.0 else measured
-    return Motion(px, py, wx, wy, bound), Contact(kind, normal_speed, share, nx, ny)
+    return Motion(px, py, wx, wy, bound, end.steps), Contact(kind, normal_speed, share, nx, ny)
 
 
 @njit

@@ -214,7 +214,7 @@ def extend_to_goal(problem: Problem, plan: FullPlan) -> int:
     """Adds commands to a plan greedily by the time to go, in place; number of its commands then."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
     x, y, vx, vy = plan.states[plan.n]
-    motion = motion_at(clearance, constants.grid, x, y, vx, vy)
+    motion = motion_at(clearance, constants.grid, x, y, vx, vy, plan.n * INTERVAL_STEPS)
     n, most = plan.n, len(plan.commands)
     while n < most:
         ux, uy = _best_target(problem, motion)

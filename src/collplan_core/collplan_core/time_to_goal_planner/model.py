@@ -24,15 +24,22 @@ CONTROL_INTERVAL = INTERVAL_STEPS * STEP
 """Time for which one command holds [s]."""
 IMPACT_SPEED = 0.08
 """A contact slower than this slides and costs nothing [m/s]."""
+TURNING_OFF = 0.35
+"""Time left to plan anew and turn off or slow down, where what was to stand by then does not [s]."""
 EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
 """Cost of a contact above limits.impact_speed [s], and of how far above it is [s per m/s]: all else weighs less."""
 
 
 class RobotModel(NamedTuple):
-    """Motion model of the robot: its wheels, and the ring that contacts are computed with."""
+    """Motion model of the robot: its wheels, and the ring that contacts are computed with.
+
+    Attributes:
+        stood_by: from this time of a plan on, what is pending counts as standing [s].
+    """
 
     wheels: VelocityLaw
     ring: Ring
+    stood_by: float
 
 
 class ContactCosts(NamedTuple):
@@ -111,7 +118,8 @@ def robot_model(settings: Settings) -> RobotModel:
     """The robot as the chosen strategy takes it to be."""
     ring, reflects = believed_ring(settings), TIME_TO_GOAL[settings.planner.strategy].contact_law == REFLECTS
     wheels = velocity_law(settings.robot, STEP)
-    return RobotModel(wheels, ring if reflects else ring._replace(restitution=0.0))
+    stood_by = settings.movers.standing_time + TURNING_OFF
+    return RobotModel(wheels, ring if reflects else ring._replace(restitution=0.0), stood_by)
 
 
 def contact_costs(settings: Settings) -> ContactCosts:

@@ -16,7 +16,7 @@ from collplan_core.time_to_goal_planner.arrival import (
 )
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan
-from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, INTERVAL_STEPS, Problem
 from collplan_core.time_to_goal_planner.mover_cost import mover_cost
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from collplan_core.velocity_bounds import within
@@ -107,7 +107,8 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
     new_commands, new_states, new_costs = new.commands, new.states, new.costs
     kind, first, window, deleted, where, bump_x, bump_y, position_gain, velocity_gain = change
     x, y, vx, vy = states[first, 0], states[first, 1], states[first, 2], states[first, 3]
-    motion, total = motion_at(clearance, constants.grid, x, y, vx, vy), plan.costs[first]
+    motion = motion_at(clearance, constants.grid, x, y, vx, vy, first * INTERVAL_STEPS)
+    total = plan.costs[first]
     n, best = plan.n, plan.cost
     stop, last = first + window - deleted, min(n - deleted + RUN_ON, len(commands))
     end_x, end_y = states[first + window, 0], states[first + window, 1]

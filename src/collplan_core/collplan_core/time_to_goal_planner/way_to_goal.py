@@ -90,7 +90,7 @@ def only_seen(memory: RememberedBoundaries, radius: float) -> RememberedBoundari
     clearance, source = np.full_like(field.clearance, FAR), np.full_like(field.source, NOTHING)
     nowhere = np.zeros(clearance.shape, bool)
     nodes = Nodes(clearance, source, nowhere, nowhere, field.grid, radius)
-    renew(nodes, pool, len(pool.kept), np.zeros(0, bool), np.zeros(0, bool), np.zeros(0))
+    renew(nodes, pool, len(pool.kept), np.zeros(0, bool), np.zeros(0, int), np.zeros(0))
     seen = replace(field, clearance=clearance, source=source)
     return replace(memory, solid_behind=np.zeros_like(memory.solid_behind), field=seen)
 

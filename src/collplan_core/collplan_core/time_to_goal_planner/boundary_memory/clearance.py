@@ -10,8 +10,9 @@ from collplan_core.jit import njit
 
 FAR = 0.10
 """Largest clearance in the field, where nothing is nearer [m]."""
-NOTHING, OBSERVED, INFERRED = 0, 1, 2
-"""Kind of the nearest boundary of a node. Inferred is also what is seen, but not for long enough to stand."""
+NOTHING, OBSERVED, PENDING, INFERRED = 0, 1, 2, 3
+"""Kind of the nearest boundary of a node; of equally near ones the lesser kind counts. What is in sight, but not for
+long enough to stand, is pending; out of sight it will not stand soon, and counts as inferred."""
 
 
 class Grid(NamedTuple):
@@ -30,7 +31,7 @@ class ClearanceField:
         origin: (2,) where node [0, 0] is [m].
         spacing: distance between neighbouring nodes [m].
         clearance: (nx, ny) distance to the nearest boundary less the disc's radius, below 0 inside, at most FAR [m].
-        source: (nx, ny) int8, kind of that boundary: NOTHING, OBSERVED or INFERRED.
+        source: (nx, ny) int8, kind of that boundary: NOTHING, OBSERVED, PENDING or INFERRED.
     """
 
     origin: np.ndarray

@@ -136,8 +136,8 @@ def _lower(nodes: Nodes, only_stale: bool, x0: float, y0: float, x1: float, y1: 
             here = math.sqrt(square) - radius
             if here < clearance[i, j]:
                 clearance[i, j], source[i, j] = here, what
-            elif here == clearance[i, j] and here < FAR and what == OBSERVED:
-                source[i, j] = what  # has precedence over what is inferred as near
+            elif here == clearance[i, j] and here < FAR and what < source[i, j]:
+                source[i, j] = what
 
 
 @njit
@@ -159,15 +159,18 @@ def _clear(nodes: Nodes, piece: np.ndarray, sx: float, sy: float) -> None:
 
 
 @njit
-def _clear_gone(nodes: Nodes, pool: Pool, had_solid_behind: np.ndarray, rows: np.ndarray, box: np.ndarray) -> None:
+def _clear_gone(
+    nodes: Nodes, pool: Pool, had_solid_behind: np.ndarray, had_kinds: np.ndarray, rows: np.ndarray, box: np.ndarray
+) -> None:
     """Forget the clearance from what is no more; the box (4,) x0, y0, x1, y1 grows to contain its pieces."""
     for k in range(len(had_solid_behind)):
-        if not pool.kept[k]:
+        gone = not pool.kept[k] or pool.kinds[k] > had_kinds[k]
+        if gone:
             _clear(nodes, pool.pieces[k], 0.0, 0.0)
         if had_solid_behind[k] and not (pool.kept[k] and pool.solid_behind[k]):
             for row in rows:
                 _clear(nodes, pool.pieces[k], -row * pool.normals[k, 0], -row * pool.normals[k, 1])
-        if not pool.kept[k] or (had_solid_behind[k] and not pool.solid_behind[k]):
+        if gone or (had_solid_behind[k] and not pool.solid_behind[k]):
             x0, y0, x1, y1 = pool.pieces[k]
             box[0], box[1] = min(box[0], x0, x1), min(box[1], y0, y1)
             box[2], box[3] = max(box[2], x0, x1), max(box[3], y0, y1)
@@ -185,27 +188,27 @@ def _is_near(pieces: np.ndarray, k: int, box: np.ndarray, reach: float) -> bool:
 
 @njit
 def renew(
-    nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, had_stood: np.ndarray, rows: np.ndarray
+    nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, had_kinds: np.ndarray, rows: np.ndarray
 ) -> None:
     """Bring the clearance up to date; where a piece has gone it is computed anew, elsewhere lowered by the new ones.
 
     Args:
         count: number of pieces in the pool; the first len(had_solid_behind) of them are in the clearance already.
-        had_solid_behind: which of those had inferred solid behind them there; had_stood: which stood by then.
+        had_solid_behind: which of those had inferred solid behind them there; had_kinds: of which kind they were.
         rows: distances of inferred solid behind a piece [m].
     """
     box = np.array([math.inf, math.inf, -math.inf, -math.inf])
     if nodes.stale[0, 0] or nodes.stale[-1, -1]:  # the grid has moved
         box[:] = -box
-    _clear_gone(nodes, pool, had_solid_behind, rows, box)
+    _clear_gone(nodes, pool, had_solid_behind, had_kinds, rows, box)
     reach = 2.0 * (nodes.radius + FAR + (rows.max() if len(rows) > 0 else 0.0))
     for k in range(count):
         old = k < len(had_solid_behind)
         gained = pool.solid_behind[k] and not (old and had_solid_behind[k])
-        stood = old and (had_stood[k] or not pool.stands[k])
-        if not pool.kept[k] or (stood and not gained and not _is_near(pool.pieces, k, box, reach)):
+        known = old and pool.kinds[k] >= had_kinds[k]
+        if not pool.kept[k] or (known and not gained and not _is_near(pool.pieces, k, box, reach)):
             continue
         x0, y0, x1, y1 = pool.pieces[k]
-        _lower(nodes, stood, x0, y0, x1, y1, OBSERVED if pool.stands[k] else INFERRED)
+        _lower(nodes, known, x0, y0, x1, y1, pool.kinds[k])
         if pool.solid_behind[k]:
             _lower_behind(nodes, not gained, pool, k, rows)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED, PENDING
 from collplan_core.time_to_goal_planner.boundary_memory.contradiction import has_stood, is_edge_on, is_seen_free_behind
 from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Nodes, Pool, Sight, middle
 
@@ -121,7 +122,7 @@ def _gives_way(span: np.ndarray, length: float, shown: bool, fresh: bool, margin
 @njit
 def _refresh(pool: Pool, q: int, stamp: float, stands: bool) -> None:
     pool.seen[q], pool.times_contradicted[q], pool.fresh[q] = stamp, 0, True
-    pool.stands[q] = pool.stands[q] or stands
+    pool.kinds[q] = OBSERVED if stands or pool.kinds[q] == OBSERVED else PENDING
 
 
 @njit
@@ -152,7 +153,7 @@ def _merge_piece(
         if _gives_way(spans[i], length, shown, pool.fresh[q], margin):
             pool.kept[q] = False
             solid, seen_free = solid or pool.solid_behind[q], seen_free or pool.seen_free_behind[q]
-            stands = stands or pool.stands[q]
+            stands = stands or pool.kinds[q] == OBSERVED
         elif _is_same(spans[i]):
             _refresh(pool, q, stamp, stands)
     if shown:

@@ -23,7 +23,8 @@ class RememberedBoundaries:
         field: clearance of the disc's centre from all of it.
         seen_free_behind: (k,) whether what could be inferred behind them was seen to be free.
         times_contradicted: (k,) int8, number of scans running that saw through them.
-        stands: (k,) whether they have stood in place for movers.standing_time: only these are counted on for a rebound.
+        kinds: (k,) OBSERVED where they have stood in place for movers.standing_time, else PENDING in sight and INFERRED
+            out of it.
     """
 
     pieces: np.ndarray
@@ -34,4 +35,4 @@ class RememberedBoundaries:
     field: ClearanceField
     seen_free_behind: np.ndarray
     times_contradicted: np.ndarray
-    stands: np.ndarray
+    kinds: np.ndarray

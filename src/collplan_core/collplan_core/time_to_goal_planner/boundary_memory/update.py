@@ -7,7 +7,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Remembered, Robot
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField, nearest_node
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, OBSERVED, ClearanceField, nearest_node
 from collplan_core.time_to_goal_planner.boundary_memory.contradiction import (
     count_contradictions,
     drop_seen_free,
@@ -27,7 +27,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Po
 
 DEEPER = 0.04
 """Depth within a mover's place from which on pieces that have stood are forgotten too: walls stand beside it [m]."""
-NO_ROWS, NONE = np.zeros(0), np.zeros(0, bool)
+NO_ROWS, NONE, NO_KINDS = np.zeros(0), np.zeros(0, bool), np.zeros(0, int)
 
 
 def remember(
@@ -54,7 +54,7 @@ def remember(
     _forget_swept(pool, count, sight.swept)
     count = merge_scan(pool, count, cuts, sight, nodes, rows, settings.contradiction)
     _forget_oldest(pool, settings.max_pieces)
-    renew(nodes, pool, count, memory.solid_behind, memory.stands, rows)
+    renew(nodes, pool, count, memory.solid_behind, memory.kinds, rows)
     see_free(nodes, local_map.border, *local_map.position, local_map.half_side)
     return _record(pool, nodes)
 
@@ -74,15 +74,15 @@ def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settin
     cuts = cut(walls, np.arange(len(walls)), everywhere, settings.spacing, math.inf, 0.0)
     pool = pool_of(_nothing(nodes), len(cuts.pieces))
     pool.pieces[:], pool.normals[:], pool.seen[:], pool.kept[:] = cuts.pieces, cuts.normals, math.inf, True
-    pool.stands[:] = True
-    renew(nodes, pool, len(cuts.pieces), NONE, NONE, NO_ROWS)
+    pool.kinds[:] = OBSERVED
+    renew(nodes, pool, len(cuts.pieces), NONE, NO_KINDS, NO_ROWS)
     nodes.free[:] = nodes.clearance >= 0.0
     return _record(pool, nodes)
 
 
 def _nothing(nodes: Nodes) -> RememberedBoundaries:
     no, times = NONE, np.zeros(0, np.int8)
-    return _record(Pool(np.zeros((0, 4)), np.zeros((0, 2)), no, no, np.zeros(0), times, no, no, no), nodes)
+    return _record(Pool(np.zeros((0, 4)), np.zeros((0, 2)), no, no, np.zeros(0), times, NO_KINDS, no, no), nodes)
 
 
 @njit
@@ -102,7 +102,7 @@ def _forget_swept(pool: Pool, count: int, swept: np.ndarray) -> None:
     for k in range(count):
         x, y = middle(pool.pieces[k])
         for m in range(len(swept)):
-            reach = swept[m, 2] - (DEEPER if pool.stands[k] else 0.0)
+            reach = swept[m, 2] - (DEEPER if pool.kinds[k] == OBSERVED else 0.0)
             if (x - swept[m, 0]) ** 2 + (y - swept[m, 1]) ** 2 < reach * reach:
                 pool.kept[k] = False
 
@@ -126,5 +126,5 @@ def _record(pool: Pool, nodes: Nodes) -> RememberedBoundaries:
         field,
         pool.seen_free_behind[kept],
         pool.times_contradicted[kept],
-        pool.stands[kept],
+        pool.kinds[kept],
     )

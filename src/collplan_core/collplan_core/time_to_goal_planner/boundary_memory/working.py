@@ -7,7 +7,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.movers.record import STANDS
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, Grid
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 
 
@@ -15,6 +15,7 @@ class Pool(NamedTuple):
     """The remembered pieces as in the record, with room for new ones, and the fate of each; written to.
 
     Attributes:
+        kinds: OBSERVED where it stands, PENDING where it does not but the newest scan shows it, else INFERRED.
         kept: whether a piece stays remembered.
         fresh: whether the newest scan shows a piece.
     """
@@ -25,7 +26,7 @@ class Pool(NamedTuple):
     seen_free_behind: np.ndarray
     seen: np.ndarray
     times_contradicted: np.ndarray
-    stands: np.ndarray
+    kinds: np.ndarray
     kept: np.ndarray
     fresh: np.ndarray
 
@@ -101,7 +102,7 @@ def pool_of(memory: RememberedBoundaries, more: int) -> Pool:
         longer(memory.seen_free_behind),
         longer(memory.seen),
         longer(memory.times_contradicted),
-        longer(memory.stands),
+        longer(np.where(memory.kinds == OBSERVED, OBSERVED, INFERRED)),
         np.arange(n) < len(memory.pieces),
         np.zeros(n, bool),
     )

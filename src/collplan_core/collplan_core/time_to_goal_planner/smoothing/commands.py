@@ -8,7 +8,7 @@ from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, roll_interval
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import FullPlan
-from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, INTERVAL_STEPS, Problem
 from collplan_core.time_to_goal_planner.smoothing.knots import Knots
 from collplan_core.velocity_bounds import within
 from collplan_core.velocity_law import command_lead
@@ -29,7 +29,7 @@ def commands_along(problem: Problem, plan: FullPlan, first: int, knots: Knots) -
     wheels, bounds = constants.model.wheels, constants.bounds
     commands, now, then = plan.commands.copy(), np.zeros(4), np.zeros(4)
     x, y, vx, vy = plan.states[first]
-    motion = motion_at(clearance, constants.grid, x, y, vx, vy)
+    motion = motion_at(clearance, constants.grid, x, y, vx, vy, first * INTERVAL_STEPS)
     phase, knot, begin = 0, 0, 0.0
     for k in range(first, len(commands)):
         time = (k - first) * CONTROL_INTERVAL

@@ -38,7 +38,7 @@ def smoothed(problem: Problem, plan: FullPlan) -> FullPlan:
     first, rebounds = _rebounds(contacts)
     begin, end = first * CONTROL_INTERVAL, rows[-1]
     last = rebounds[-1, 0] if len(rebounds) > 0 else begin
-    arrives = is_there(problem.constants.goal, Motion(end[1], end[2], end[3], end[4], 0.0))
+    arrives = is_there(problem.constants.goal, Motion(end[1], end[2], end[3], end[4], 0.0, 0))
     if not arrives or end[0] - last < SHORTEST_PHASE:
         return plan
     knots = smooth_knots(problem, knots_of(rows, rebounds, begin, problem.constants.costs.margin))
