@@ -24,10 +24,8 @@ from rooms import LIDAR_AT, Room
 HALL = Room((16.0, 3.2), (2.0, 1.6), ((14.0, 1.6),), ())
 SWITCH = "/fault"
 """Topic of the fault that the base is to have."""
-SILENCE = 0.25
-"""Longest time from the last pose to zero [s]."""
-LONG = 1.5
-"""After so long without poses the robot is held; so long it is watched once the base runs again [s]."""
+SILENCE, LONG = 0.25, 1.5
+"""Longest time from the last pose to zero, and until it is held: so long it is watched when the base is back [s]."""
 
 
 class BaseGraph(LiveGraph):

@@ -18,10 +18,8 @@ SCAN = map_period_of(Settings().with_values({"planner.strategy": STRATEGY}).plan
 """Longest time from the first scan that lies to the robot's standing [s]."""
 CARRIED = 0.15
 """Longest time from the first pose off the floor, or elsewhere, to zero [s]."""
-AT = 1.0, 1.6
-"""When somebody takes the robot [s]."""
-WATCHED = 3.0
-"""Time watched once it is down again [s]."""
+AT, WATCHED = (1.0, 1.6), 3.0
+"""When somebody takes the robot, and the time watched once it is down again [s]."""
 SCANS = {
     "nothing near": "every beam +Inf",
     "half empty": "half of the beams +Inf",
