@@ -26,7 +26,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain worth worth-study movers site-runs animation examples frozen messages test test-oldest test-processors soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum graph-gain worth movers site-runs animation examples frozen messages test test-oldest test-processors soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 24
@@ -50,9 +50,6 @@ results: $(COMPILED)  ## the studies behind docs/results.md, what is missing of 
 
 optimum:  ## how far bounce and avoid are from the best without contact and with the map, simulated; needs CasADi
 	@studies/optimum.sh $(ARGS)
-
-rivals:  ## OMPL's SST and pytorch_mppi beside bounce and avoid, with the map, simulated; needs OMPL and PyTorch
-	@studies/rivals.sh $(ARGS)
 
 site-runs: $(COMPILED)  ## the recorded runs that docs/runs.md plays anew, simulated
 	@SERPENTINE=$(SERPENTINE) tools/site_runs.sh
@@ -102,10 +99,6 @@ graph-gain: $(COMPILED)  ## what of a bounce's gain is left through the graph; A
 
 worth: $(COMPILED)  ## does it pay to bounce on my robot, from its parameters; ARGS="--params mine.yaml"
 	@$(PYTHON) studies/worth.py $(ARGS)
-
-worth-study: export OPENBLAS_NUM_THREADS = 1
-worth-study: $(COMPILED)  ## the curve behind it, simulated, two hours; the next call goes on
-	@$(PYTHON) studies/worth_study.py $(ARGS)
 
 movers: export OPENBLAS_NUM_THREADS = 1
 movers: $(COMPILED)  ## what the strategies do where something moves, simulated; ARGS="--trials 200 --seed N"; the next call goes on

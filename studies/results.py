@@ -5,7 +5,7 @@
     make results ARGS="--barn DIR"           # and those in BARN's worlds, from the data set's folder
 
 Each has a folder in runs/results. A study that is complete there is not run again; Ctrl-C ends in order, and the next
-call goes on. Minutes are of two idle cores. Other tables have commands of their own: make optimum, graph-gain, rivals,
+call goes on. Minutes are of two idle cores. Other tables have commands of their own: make optimum, graph-gain,
 bench. Simulated.
 """
 

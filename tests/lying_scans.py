@@ -1,18 +1,14 @@
 """Trials in which the LIDAR begins to lie while the robot drives."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
-import pytest
 from shifted_starts import shifted
+from watched_trials import Watched, watched_trial
 
-from collplan_core.parameters import Settings
 from collplan_core.scan import Scan
-from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.state import State
-from omnipuck_sim.trial import run_trial
-from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
 FAMILIES = ("corridor", "random", "serpentine", "u", "l", "z", "baffles", "pillars")
 SPEED = 0.5
@@ -68,66 +64,50 @@ LIES: dict[str, Lie] = {
 }
 
 
-@dataclass
-class Watched:
-    """One trial.
+class Lying(Watched):
+    """Its LIDAR lies once it drives as fast as SPEED; None never does.
 
     Attributes:
         begun: when the first scan lied [s]; NaN where none did.
-        commands: time [s], whether it is zero, and the reason to stand still, of each command.
-        hits: time [s] and speed into the wall [m/s] of each impact.
     """
 
-    begun: float = float("nan")
-    commands: list[tuple[float, bool, str]] = field(default_factory=list)
-    hits: list[tuple[float, float]] = field(default_factory=list)
-    result: TrialResult | None = None
+    def __init__(self, lie: Lie | None, seed: int, *given) -> None:
+        super().__init__(*given)
+        self.begun, self._lie, self._seed = float("nan"), lie, seed
+        self._true_scans: list[Scan] = []
+        self._first: int | None = None
+
+    def _take_scan(self, scan: Scan) -> None:
+        self._true_scans.append(scan)
+        fast = np.hypot(*self._state.velocity) >= SPEED
+        if self._lie and self._first is None and fast and len(self._true_scans) > 1:
+            self._first, self.begun = len(self._true_scans) - 1, self._state.stamp
+        if self._lie and self._first is not None:
+            scan = self._lie(self._true_scans, self._first, np.random.default_rng(self._seed))
+        super()._take_scan(scan)
 
     @property
     def stood(self) -> float:
         """Time from the first lie until the first command of zero for a reason of the scans [s]; inf without."""
-        times = [t for t, _, reason in self.commands if t >= self.begun and reason.startswith("scan")]
+        times = [row.time for row in self.said if row.time >= self.begun and row.reason.startswith("scan")]
         return times[0] - self.begun if times else np.inf
 
     @property
-    def held(self) -> list[str]:
-        """Reasons of a scan for which the robot stood after its first scan."""
-        begun = next((t for t, zero, _ in self.commands if not zero), np.inf)
-        return [reason for t, _, reason in self.commands if t > begun and reason.startswith("scan")]
+    def stood_for(self) -> list[str]:
+        """Reasons of a scan for which the robot stood after its first command that moves."""
+        begun = next((row.time for row in self.said if row.speed > 0.0), np.inf)
+        return [row.reason for row in self.said if row.time > begun and row.reason.startswith("scan")]
 
     @property
     def worst_hit(self) -> float:
         """Fastest hit after the first lie, or of all where there is none [m/s]; 0 without any."""
-        return max((speed for t, speed in self.hits if not t < self.begun), default=0.0)
+        hits = (impact_speed(impact) for impact in self.result.impacts if not impact.time < self.begun)
+        return max(hits, default=0.0)
 
 
-def watched_trial(
-    lie: Lie | None, world: str, strategy: str, seed: int, shift: float = 0.0, **values: object
-) -> Watched:
-    """A trial in which the ideal LIDAR lies from SPEED on; it starts so far aside [m]."""
-    watched, true_scans = Watched(), []
-    scan_at, commanded = InstantLidar.scan, TrialRecord.commanded
-    first = None
-
-    def scan(lidar: InstantLidar, state: State) -> Scan:
-        nonlocal first
-        true_scans.append(scan_at(lidar, state))
-        fast = np.hypot(*state.velocity) >= SPEED
-        if lie and first is None and fast and len(true_scans) > 1:
-            first, watched.begun = len(true_scans) - 1, state.stamp
-        return true_scans[-1] if first is None or lie is None else lie(true_scans, first, np.random.default_rng(seed))
-
-    def listen(record: TrialRecord, command, now: float) -> None:
-        watched.commands.append((now, not command.velocity.any(), command.reason))
-        commanded(record, command, now)
-
-    settings = Settings().with_values({"planner.strategy": strategy, **values})
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(InstantLidar, "scan", scan)
-        patched.setattr(TrialRecord, "commanded", listen)
-        watched.result = run_trial(shifted(world, shift), settings, seed)
-    watched.hits = [(impact.time, impact_speed(impact)) for impact in watched.result.impacts]
-    return watched
+def lying_trial(lie: Lie | None, world: str, strategy: str, seed: int, shift: float = 0.0, **values: object) -> Lying:
+    """A trial in which the LIDAR lies from SPEED on; it starts so far aside [m]."""
+    return watched_trial(shifted(world, shift), strategy, seed, partial(Lying, lie, seed), **values)
 
 
 def impact_speed(impact) -> float:

@@ -43,7 +43,4 @@ pip pip setuptools wheel
 # shellcheck disable=SC2086
 pip --no-build-isolation --config-settings editable_mode=compat -r requirements-dev.txt $ros \
     -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study -e src/collplan_gym
-# a study that is a command; the packages do not hold it
-printf '#!/bin/sh\nexec "%s" "%s" "$@"\n' "$PWD/$VENV/bin/python" "$PWD/studies/compare_engines.py" >"$VENV/bin/compare_engines"
-chmod +x "$VENV/bin/compare_engines"
 echo "$PWD" >"$ready"

@@ -73,7 +73,7 @@ OF_RECEIVERS = {
     for path in ROOT.glob("src/collplan_ros/collplan_ros/config/mocap_*.yaml")
 }
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-PACKAGES = {"tf2_echo": "tf2_ros", "compare_engines": "studies"} | {
+PACKAGES = {"tf2_echo": "tf2_ros"} | {
     name: path.split("/")[1]
     for path in FILES
     if re.fullmatch(r"src/\w+/\w+/executables\.py", path)
@@ -82,7 +82,7 @@ PACKAGES = {"tf2_echo": "tf2_ros", "compare_engines": "studies"} | {
 """Of each executable."""
 SHELL = {"cd", "export", "git", "source", "rviz2", "python", "ros2"}
 HEADS = re.compile(
-    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|replay|"
+    r"(make|ros2|export|source|rviz2|bringup|study|beside|replay|"
     r"\.venv/bin/[a-z_]+)( |$)"
 )
 

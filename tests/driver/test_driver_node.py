@@ -95,7 +95,6 @@ def test_a_firmware_that_restarts_or_stalls_holds_it(ros, serial_robot):
 
 @pytest.mark.soak
 def test_the_emergency_stop_outlives_driver_and_firmware_and_is_not_cleared_without_a_link(serial_robot):
-    """That nothing moves meanwhile: `make faults`."""
     robot = serial_robot()
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     assert robot.call("estop").success

@@ -1,6 +1,6 @@
 """A robot that is not ours, by its topics alone: ir-sim's kinematics and LIDAR, an odometry that slips and drifts.
 
-Its faults are rows of `make faults`.
+Some of its faults are rows of `make faults`.
 """
 
 import itertools

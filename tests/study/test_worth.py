@@ -4,11 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collplan_core.parameters import Settings
-from collplan_core.worlds import load_world
 from worth import main, sentences, settings_from
 from worth_curve import Cell, expected, families_of, number_of, read_curve
-from worth_runs import LENGTHS, Robot, scaled
 
 CELLS = read_curve()
 
@@ -83,15 +80,3 @@ def test_a_file_is_read_and_set_outranks_it(tmp_path, capsys):
 def test_what_is_wrong_is_named(args, named, capsys):
     assert main(args) == 2
     assert named in capsys.readouterr().err
-
-
-def test_a_scaled_robot_has_its_n_and_lengths_as_large():
-    large, shipped = Robot(8.0, 0.2, 0.18, 1.7).settings("bounce"), Settings()
-    assert number_of(large) == pytest.approx(8.0)
-    assert all(large.values()[key] == pytest.approx(2.0 * shipped.values()[key]) for key in LENGTHS)
-    world = load_world("pillars:3")
-    twice = scaled(world, 2.0)
-    assert twice.circles == pytest.approx(2.0 * world.circles)
-    assert (*twice.bounds, *twice.start, *twice.goal) == pytest.approx(
-        [2.0 * each for each in (*world.bounds, *world.start, *world.goal)]
-    )

@@ -47,7 +47,6 @@ def stands_at_last(log: RunLog) -> bool:
 
 
 def test_a_run_that_is_over_is_canceled_and_recorded_until_the_robot_rests(tmp_path):
-    """How soon zero is commanded: `make faults`."""
     options = Options(out=tmp_path / "runs", pictures=False, params=ends_early(tmp_path, timeout=1.5))
     said = io.StringIO()
     result = run(options, Progress(said))
@@ -81,7 +80,6 @@ def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
 
 
 def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_it(tmp_path):
-    """How much is lost: `make faults`."""
     with Run(tmp_path / "runs", *IN_PROCESSES) as run:
         wait_for(run.moving)
         folder = (run.out / "latest").resolve()

@@ -1,4 +1,4 @@
-"""Does every fault again and again to a robot that drives; writes runs/faults.json and docs/reliability.md.
+"""Does every fault again and again to a robot that drives, and writes the table of docs/reliability.md.
 
 What was done with the same sources counts: a run that was broken off goes on, and the long one goes on from it.
 """
@@ -7,73 +7,61 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Iterable
-from multiprocessing import get_context
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import conftest  # noqa: F401  a ROS domain of its own on this machine alone
 from collplan_core.jit import sources_digest
 from collplan_ros.bringup.failures import Interrupted
-from faults.bench import BenchError
-from faults.rows import ASIDE, BENCHES, FAULTS
-from faults.runner import Case, CaseFile, run_bench
+from faults import base, line, movers, simulator, trials
+from faults.live_graph import LiveGraph
+from faults.runner import Bench, BenchError, CaseFile, Fault, run_bench
 from faults.table import write
 
 # checks of message fields are for tests; nodes run without
 os.environ.pop("ROS_PYTHON_CHECK_FIELDS", None)
 ROOT = Path(__file__).resolve().parents[2]
-DOCS = ROOT / "docs"
 CASES = ROOT / "runs" / "faults"
+FAULTS: list[Fault] = [fault for group in (simulator, trials, line, base, movers) for fault in group.FAULTS]
+BENCHES: dict[str, Callable[[], Any]] = {
+    "simulator": lambda: LiveGraph("sim"),
+    "serial": lambda: LiveGraph("emulator"),
+    "base": base.BaseGraph,
+    "process": Bench,
+    "trial": Bench,
+}
+"""By the robot of a row, in the order in which they are opened."""
 
 
 def main() -> int:
-    """Does what is to be done, the trials in a second process, and writes pages and data from all cases."""
+    """Does what is to be done, and writes the table from all cases."""
     options = _parser().parse_args()
     deadline = time.monotonic() + 60.0 * options.minutes
-    failed = False if options.list else _both(options, deadline)
-    file = _case_file(options.out)
-    data = options.out.parent / "faults.json"
-    write(FAULTS, file.cases, data, (DOCS if options.out == CASES else options.out.parent) / "reliability.md")
-    count = _counts(options)
-    waiting = {key: n for fault in FAULTS if (n := count[(key := fault.key)] - file.done(fault)) > 0}
+    digests = (sources_digest(ROOT / part) for part in ("src", "tools/faults"))
+    file = CaseFile(options.out / "cases.jsonl", "".join(digests))
+    rows = [fault for fault in FAULTS if options.only in fault.key]
+    failed = _do(rows, options, file, deadline)
+    write(FAULTS, file, (ROOT / "docs" if options.out == CASES else options.out.parent) / "reliability.md")
+    waiting = {fault.key: n for fault in rows if (n := _count(options, fault) - file.done(fault)) > 0}
     print("\n".join(f"{key}: {missing} to do" for key, missing in waiting.items()) or "all done")
-    is_over = options.list or time.monotonic() >= deadline
-    return 1 if failed or any(case.miss for case in file.cases) or (waiting and not is_over) else 0
+    unfinished = waiting and time.monotonic() < deadline
+    return 1 if failed or unfinished or any(case.missed for case in file.cases) else 0
 
 
-def _case_file(folder: Path) -> CaseFile:
-    """The cases of this state of the code."""
-    return CaseFile(folder / "cases.jsonl", "".join(sources_digest(ROOT / part) for part in ("src", "tools/faults")))
+def _count(options: argparse.Namespace, fault: Fault) -> int:
+    """How many cases of a row are asked for."""
+    return fault.long if options.long else options.n
 
 
-def _counts(options: argparse.Namespace) -> dict[str, int]:
-    """How many cases of each row are asked for."""
-    asked = {fault.key: fault.long if options.long else min(options.n, fault.short) for fault in FAULTS}
-    return {key: n if options.only in key else 0 for key, n in asked.items()}
-
-
-def _both(options: argparse.Namespace, deadline: float) -> bool:
-    """Does the rows of all benches; whether a bench has failed."""
-    aside = get_context("fork").Process(target=_do_aside, args=(options, deadline))
-    aside.start()
-    failed = _do([robot for robot in BENCHES if robot not in ASIDE], options, deadline)
-    aside.join()
-    return failed or aside.exitcode != 0
-
-
-def _do_aside(options: argparse.Namespace, deadline: float) -> None:
-    os.nice(19)
-    sys.exit(_do(ASIDE, options, deadline))
-
-
-def _do(robots: Iterable[str], options: argparse.Namespace, deadline: float) -> bool:
+def _do(rows: list[Fault], options: argparse.Namespace, file: CaseFile, deadline: float) -> bool:
     """Does what there is time for; whether a bench has failed."""
-    file, counts, failed = _case_file(options.out), _counts(options), False
-    for robot in robots:
-        rows = [fault for fault in FAULTS if fault.robot == robot]
+    failed = False
+    for robot, open_bench in BENCHES.items():
+        own = [fault for fault in rows if fault.robot == robot]
         try:
-            for case in run_bench(rows, BENCHES[robot], lambda fault: counts[fault.key], file, deadline):
-                print(said(case), flush=True)
+            for case in run_bench(own, open_bench, lambda fault: _count(options, fault), file, deadline):
+                print(case, flush=True)
         except BenchError as error:
             failed = True
             print(f"{robot}: {error}", flush=True)
@@ -83,24 +71,14 @@ def _do(robots: Iterable[str], options: argparse.Namespace, deadline: float) -> 
     return failed
 
 
-def said(case: Case) -> str:
-    """A case in a line."""
-    repeated = f"stalled, {case.stall}" if case.stall else f"not begun, {case.unbegun}" if case.unbegun else ""
-    word = f"MISSED {case.miss}" if case.miss else repeated or "ok"
-    seconds = "" if case.seconds is None else f" {case.seconds:.3f} s"
-    way = "" if case.distance is None or case.speed is None else f", {case.distance:.2f} m from {case.speed:.2f} m/s"
-    return f"{case.fault}:{seconds} {word}{way} ({case.took:.1f} s)"
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="make faults", description=__doc__)
     add = parser.add_argument
     add("--n", type=int, default=20, help="cases of each fault (default %(default)s)")
-    add("--long", action="store_true", help="of each fault as many as its row needs, and the rows that only this does")
+    add("--long", action="store_true", help="of each fault as many as its row needs")
     add("--minutes", type=float, default=1e9, help="a slice: ends after so long, and goes on when called again")
     add("--only", default="", metavar="TEXT", help="only faults with this in name or robot")
     add("--out", type=Path, default=CASES, metavar="DIR", help="where the cases go, and are read")
-    add("--list", action="store_true", help="do nothing; say what there is to do, and write the table")
     return parser
 
 

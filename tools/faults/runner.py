@@ -1,4 +1,4 @@
-"""Does faults, repeats what the machine spoilt, and keeps every case as a line of a file."""
+"""Does faults again and again, repeats what the machine spoilt, and keeps every case as a line of a file."""
 
 import time
 from collections import Counter
@@ -11,32 +11,118 @@ from typing import Any
 
 from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
 from collplan_study.run.row_file import JsonLines
-from faults.bench import BenchError
-from faults.fault import Fault, Measured
 
 MOST_REPEATED = 20
 """Cases in a row that do not count after which a fault is left out: this machine is too busy for it."""
 
 
 @dataclass(frozen=True)
-class Case:
-    """One line of the file: what came of a fault once."""
+class Measured:
+    """What came of a fault once.
 
-    fault: str
-    seconds: float | None
-    miss: str
-    stall: str
-    speed: float | None
-    distance: float | None
-    took: float
-    n: int = 1
-    code: str = ""
+    Attributes:
+        seconds: time that the side took that must act, by its own clock [s]; None where there is nothing to time.
+        missed: why it counts as a miss whatever the time; empty where it does not.
+        stalled: why the machine was at fault, by the clock of the side that must act; the case is then repeated.
+        unbegun: why there was nothing to be seen of the fault, as of a robot that stood already; repeated too.
+        speed: of the robot when the fault was done [m/s]; None where it is not measured.
+        distance: way from then until it stood [m]; None where it is not measured.
+    """
+
+    seconds: float | None = None
+    missed: str = ""
+    stalled: str = ""
     unbegun: str = ""
+    speed: float | None = None
+    distance: float | None = None
+
+    def then(self, *wrong: str, **changes: Any) -> "Measured":
+        """The same with changes, a miss for the first of these reasons that is not empty."""
+        return replace(self, missed=next(filter(None, (self.missed, *wrong)), ""), **changes)
+
+
+Act = Callable[[Any], Any]
+"""Takes the bench; returns when the fault was done [s, steady clock], or whatever `measure` needs."""
+Measure = Callable[[Any, Any], Measured]
+"""Takes the bench and what `act` returned."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A row of the table.
+
+    A bench drives the robot, `act` does the fault and says when, `measure` waits and says what came of it, and `undo`
+    takes the fault away, whatever came of it.
+
+    Attributes:
+        name: what is done, and what is measured where that is not the time until the robot is commanded to stand.
+        robot: name of the bench.
+        limit: longest time allowed [s]; None where nothing is timed.
+        long: cases of `make faults-long`.
+    """
+
+    name: str
+    robot: str
+    limit: float | None
+    act: Act
+    measure: Measure
+    undo: Callable[[Any], object] = lambda bench: None
+    long: int = 100
+
+    @property
+    def key(self) -> str:
+        """Name of the row: a fault may be done to more than one robot."""
+        return f"{self.name}, {self.robot}"
+
+    def why_late(self, seconds: float | None) -> str:
+        """Why a time is a miss [s]; empty where it is none."""
+        if self.limit is None or (seconds is not None and seconds <= self.limit):
+            return ""
+        return "never" if seconds is None else f"after {seconds:.3f} s, limit {self.limit:g} s"
+
+
+class Bench:
+    """What faults are done on. Here each case is a whole of its own; others drive a robot.
+
+    Attributes:
+        number: cases of the fault so far, those that do not count too: the seed of a case that is done by one.
+        chance: random numbers of the case, the same in each run of it.
+    """
+
+    number = 0
+    chance = Random()
+
+    def __enter__(self) -> "Bench":
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def drive(self) -> None:
+        """Makes the robot drive; here the case itself does."""
+
+
+class BenchError(RuntimeError):
+    """A bench on which no fault can be done: the robot does not drive."""
+
+
+@dataclass(frozen=True)
+class Case(Measured):
+    """One line of the file: what came of a fault once, and what it took in all [s]; `missed` too where it was late."""
+
+    fault: str = ""
+    took: float = 0.0
+    code: str = ""
 
     @property
     def counts(self) -> bool:
         """Whether it counts: the machine did not stall, and the fault could be seen."""
-        return not self.stall and not self.unbegun
+        return not self.stalled and not self.unbegun
+
+    def __str__(self) -> str:
+        word = f"MISSED {self.missed}" if self.missed else self.stalled or self.unbegun or "ok"
+        figures = [f"{name} {value:.3f}" for name, value in vars(self).items() if isinstance(value, float)]
+        return f"{self.fault}: {word}; {', '.join(figures)}"
 
 
 class CaseFile:
@@ -49,21 +135,23 @@ class CaseFile:
     def __init__(self, path: Path, code: str = "") -> None:
         """Reads what is there of this state of the code; what another one did stays in the file and does not count."""
         self._file, self._code = JsonLines(path), code
-        self.cases = [case for record in self._file.records() if (case := Case(**record)).code == code]
+        self.cases = [Case(**record) for record in self._file.records() if record["code"] == code]
 
-    def add(self, case: Case) -> None:
-        """One more."""
-        case = replace(case, code=self._code)
+    def add(self, fault: Fault, measured: Measured, took: float) -> Case:
+        """One more; what does not count is no miss."""
+        case = Case(**vars(measured), fault=fault.key, took=took, code=self._code)
+        case = replace(case, missed=case.missed or fault.why_late(case.seconds) if case.counts else "")
         self.cases.append(case)
         self._file.append(vars(case))
+        return case
+
+    def of(self, fault: Fault) -> list[Case]:
+        """The cases of a fault, those that do not count too."""
+        return [case for case in self.cases if case.fault == fault.key]
 
     def done(self, fault: Fault) -> int:
         """How many cases of a fault count."""
-        return sum(case.n for case in self.cases if case.counts and case.fault == fault.key)
-
-    def number(self, fault: Fault) -> int:
-        """How many cases of a fault there are, those that do not count too."""
-        return sum(case.fault == fault.key for case in self.cases)
+        return sum(case.counts for case in self.of(fault))
 
 
 def measured_once(fault: Fault, bench: Any, number: int) -> Measured:
@@ -74,13 +162,6 @@ def measured_once(fault: Fault, bench: Any, number: int) -> Measured:
         return fault.measure(bench, fault.act(bench))
     finally:
         fault.undo(bench)
-
-
-def judged(fault: Fault, measured: Measured, took: float) -> Case:
-    """The case of what was measured; one that does not count is no miss."""
-    miss = "" if measured.stalled or measured.unbegun else fault.why_missed(measured)
-    way = measured.speed, measured.distance
-    return Case(fault.key, measured.seconds, miss, measured.stalled, *way, took, measured.n, unbegun=measured.unbegun)
 
 
 def run_bench(
@@ -96,9 +177,7 @@ def run_bench(
     """
     repeated: Counter[str] = Counter()
     with ExitStack() as stack:
-        bench = None
-        failed = False
-        begun = time.monotonic()
+        bench, failed, begun = None, False, time.monotonic()
         while waiting := [f for f in faults if file.done(f) < count(f) and repeated[f.key] < MOST_REPEATED]:
             # the one that has the least: every row grows, however soon the time is over
             fault = min(waiting, key=file.done)
@@ -106,24 +185,21 @@ def run_bench(
                 return
             try:
                 bench = bench or stack.enter_context(open_bench())
-                measured = measured_once(fault, bench, file.number(fault))
+                measured = measured_once(fault, bench, len(file.of(fault)))
             except (BenchError, GraphError, StartError) as error:
                 stack.close()
-                bench = None
                 if failed:
                     raise BenchError(str(error)) from error
-                failed = True
+                bench, failed = None, True
                 print(f"{fault.name}: {error}; once more on a new graph", flush=True)
                 continue
             except Interrupted:
                 raise
             except Exception as error:
                 stack.close()
-                bench = None
-                measured = Measured(missed=f"{type(error).__name__}: {error}")
-            failed = False
-            case = judged(fault, measured, time.monotonic() - begun)
-            begun = time.monotonic()
+                bench, measured = None, Measured(missed=f"{type(error).__name__}: {error}")
+            failed, took = False, time.monotonic() - begun
+            begun += took
+            case = file.add(fault, measured, took)
             repeated[fault.key] = 0 if case.counts else repeated[fault.key] + 1
-            file.add(case)
             yield case

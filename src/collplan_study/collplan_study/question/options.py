@@ -87,7 +87,7 @@ examples:
   study --worlds random:0-99 --map-periods 0.2 --trials 4   worlds not used for tuning
   study --set robot.max_acceleration=1,1.5,3                one more axis
   study --bounces --worlds u:0-7 --seed 1                   gain by deliberate bounces, in few worlds
-  study --bounces --engine mujoco --out runs/mujoco         the same with a compliant ring, for compare_engines
+  study --bounces --engine mujoco --out runs/mujoco         the same with a compliant ring
   study --resume runs/study-2026-01-31_12-00-00             the trials missing there
   study --resume runs/study-2026-01-31_12-00-00 --run none  tables and report of the trials done
 """
