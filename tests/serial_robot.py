@@ -103,10 +103,10 @@ class SerialRobot:
         self.until(condition)
         self.ros.probe.destroy_timer(timer)
 
-    def ask(self, **faults) -> None:
-        """Sets parameters of the emulator, named without their group."""
-        values = [Parameter(f"emulator.{name}", value=value) for name, value in faults.items()]
-        assert all(result.successful for result in self.emulator.set_parameters(values))
+    def ask(self, faults: str) -> None:
+        """Sets the emulator's faults."""
+        (result,) = self.emulator.set_parameters([Parameter("emulator.faults", value=faults)])
+        assert result.successful, result.reason
 
     def call(self, name: str) -> Trigger.Response:
         return self.ros.call(Trigger, name)

@@ -26,6 +26,7 @@ BOUND_TO_MORE = {
     "limits.fence": st.floats(0.1, 1e3).map(lambda side: (0.0, 0.0, side, 0.0, 0.0, side)),
     "scan.median": st.sampled_from([1, 3, 9]),
     **dict.fromkeys(("mocap.topic", "base.topic", "base.touch_topic"), TOPICS),
+    "emulator.faults": st.sampled_from(("", "unplugged", "lost=0.1, restarts=2")),
     "scan.masked_angles": st.lists(st.floats(-3.0, 3.0), max_size=4).map(lambda angles: (*angles, *angles)),
 }
 """Of parameters that not every value of their range suits."""

@@ -56,11 +56,11 @@ def test_after_a_replug_it_greets_sends_zero_and_then_what_is_fresh(serial_robot
     encode = Encoder.encode
     monkeypatch.setattr(Encoder, "encode", lambda self, message: sent.append(message) or encode(self, message))
     robot.go_until(lambda: robot.speed > 0.1, x=0.3)
-    robot.ask(unplugged=True)
+    robot.ask("unplugged")
     robot.drive_until(lambda: robot.driver.link.trouble(), x=0.3)
     robot.until(lambda: robot.speed < STANDING)
     sent.clear()
-    robot.ask(unplugged=False)
+    robot.ask("")
     robot.ready()
     assert robot.state == "held"
     assert stays_still(robot)
@@ -76,19 +76,19 @@ def test_a_firmware_that_restarts_or_stalls_holds_it(ros, serial_robot):
     terminal = Terminal(ros)
     robot = serial_robot()
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
-    robot.ask(restarts=1)
+    robot.ask("restarts=1")
     robot.until(lambda: not robot.driver.link.armed)
     robot.ready()
     assert robot.state == "held"
     assert stays_still(robot)
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     # old commands are not made up for
-    robot.ask(stall=0.5)
+    robot.ask("restarts=1, stall=0.5")
     robot.until(lambda: robot.speed < STANDING)
     assert robot.stalled > 0.3
     terminal.says(robot.driver, WARN, LOGGED[STALLED])
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
-    robot.ask(stall=1.2)
+    robot.ask("restarts=1, stall=1.2")
     assert stays_still(robot, poses=50)
     assert robot.state == "held"
 
@@ -105,14 +105,14 @@ def test_the_emergency_stop_outlives_driver_and_firmware_and_is_not_cleared_with
     assert not robot.call("resume").success
     assert stays_still(robot)
     sessions = robot.driver.link.session.begun
-    robot.ask(restarts=1)
+    robot.ask("restarts=1")
     robot.until(lambda: robot.driver.link.session.begun > sessions and robot.stop_latched)
-    robot.ask(unplugged=True)
+    robot.ask("restarts=1, unplugged")
     robot.until(lambda: robot.driver.link.trouble())
     answer = robot.call("clear_estop")
     assert not answer.success
     assert "not there" in answer.message
-    robot.ask(unplugged=False)
+    robot.ask("restarts=1")
     robot.ready()
     assert robot.call("clear_estop").success
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
@@ -131,7 +131,7 @@ def test_with_a_low_battery_it_goes_on_to_its_goal_and_refuses_the_next(serial_r
     give_goal(1)
     give_goal(2)
     robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
-    robot.ask(battery=6.2)
+    robot.ask("battery=6.2")
     robot.drive_until(lambda: robot.driver.link.session.telemetry.status & BATTERY_LOW, x=0.3)
     begun = len(robot.odometry)
     robot.drive_until(lambda: len(robot.odometry) > begun + 40 and robot.speed > 0.2, x=0.3)
@@ -207,21 +207,21 @@ def test_what_stopped_the_firmware_is_named_also_where_the_newest_telemetry_tell
 
 def test_bad_lines_are_driven_over(serial_robot):
     robot = serial_robot()
-    robot.ask(flipped=0.01, lost=0.05, doubled=0.05, cut=0.05, split=0.1, noise=0.1)
+    robot.ask("flipped=0.01, lost=0.05, doubled=0.05, cut=0.05, split=0.1, noise=0.1")
     decoder = robot.driver.link.session.decoder
     damage = {"crc", "repeated"}
     robot.go_until(lambda: robot.speed > 0.4 and decoder.lost and damage <= set(decoder.dropped), x=0.6)
-    robot.ask(flipped=0.0, lost=0.0, doubled=0.0, cut=0.0, split=0.0, noise=0.0)
+    robot.ask("")
     robot.until(lambda: robot.speed < STANDING)
 
 
 def test_the_button_on_the_robot_latches(serial_robot):
     robot = serial_robot()
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
-    robot.ask(estop_pressed=True)
+    robot.ask("estop_pressed")
     robot.drive_until(lambda: robot.speed < STANDING and "button" in robot.said["/driver_node"], x=0.3)
     assert not robot.call("clear_estop").success
-    robot.ask(estop_pressed=False)
+    robot.ask("")
     robot.until(lambda: not robot.driver.link.session.button_pressed)
     assert robot.stop_latched
     assert robot.call("clear_estop").success
@@ -232,8 +232,8 @@ def test_the_button_on_the_robot_latches(serial_robot):
 
 def test_a_firmware_that_does_not_fit_is_named_and_nothing_moves(ros, tmp_path):
     for key, value, said in (
-        ("emulator.protocol_version", VERSION + 1, f"version {VERSION + 1} of"),
-        ("emulator.n_wheels", 4, "kinematics.wheel_angles 3"),
+        ("emulator.faults", f"protocol_version={VERSION + 1}", f"version {VERSION + 1} of"),
+        ("emulator.faults", "n_wheels=4", "kinematics.wheel_angles 3"),
         ("driver.baud", 57600, "driver.baud"),
     ):
         robot = SerialRobot(ros, tmp_path, **{key: value})

@@ -10,7 +10,7 @@ import pytest
 from c_compiler import NEEDS_COMPILER
 from hypothesis import strategies as st
 
-from collplan_core.parameters import Emulator, Settings
+from collplan_core.parameters import EmulatorFaults, Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import parse_world
 from firmware_bench import CommandedSimulator
@@ -133,12 +133,11 @@ def test_hello_is_answered_once_with_what_it_is_and_ends_a_session_where_it_name
 
 def test_what_it_cannot_pretend_is_refused():
     if Device.kind is Firmware:
-        assert Device(n_wheels=4).say(Hello(1, CAPS))[0].n_wheels == 4
+        assert Device(faults="n_wheels=4").say(Hello(1, CAPS))[0].n_wheels == 4
         return
-    for wrong in ({"n_wheels": 4}, {"protocol_version": 3}, {"telemetry_rate": 20.0}):
-        (name,) = wrong
-        with pytest.raises(ParameterError, match=rf"^emulator\.{name}: got {wrong[name]}, expected"):
-            Device(**wrong)
+    for wrong in ("n_wheels=4", "protocol_version=3"):
+        with pytest.raises(ParameterError, match=rf"^emulator\.faults: got {wrong}, expected"):
+            Device(faults=wrong)
 
 
 def test_a_command_ends_with_its_life_by_the_clock_of_the_device():
@@ -201,13 +200,21 @@ def test_a_ring_that_senses_measures_the_change_of_velocity_in_the_body_frame():
 
 def test_a_good_line_changes_nothing_and_a_bad_one_does_what_it_was_asked():
     data = b"\0abcdefgh\0\0ijklmnop\0"
-    assert BadLine(0).passed(data, Emulator()) == data
-    assert BadLine(0).passed(data, Emulator(lost=1.0)) == b"\0\0\0\0"
-    assert BadLine(0).passed(data, Emulator(doubled=1.0)) == b"\0abcdefgh\0abcdefgh\0\0ijklmnop\0ijklmnop\0"
-    assert len(BadLine(0).passed(data, Emulator(cut=1.0))) < len(data)
+    assert BadLine(0).passed(data, EmulatorFaults()) == data
+    assert BadLine(0).passed(data, EmulatorFaults(lost=1.0)) == b"\0\0\0\0"
+    assert BadLine(0).passed(data, EmulatorFaults(doubled=1.0)) == b"\0abcdefgh\0abcdefgh\0\0ijklmnop\0ijklmnop\0"
+    assert len(BadLine(0).passed(data, EmulatorFaults(cut=1.0))) < len(data)
     line = BadLine(0)
-    assert line.passed(data, Emulator(split=1.0)) + line.passed(b"", Emulator()) == data
-    noisy = BadLine(0).passed(data, Emulator(noise=1.0)).split(b"\0")
+    assert line.passed(data, EmulatorFaults(split=1.0)) + line.passed(b"", EmulatorFaults()) == data
+    noisy = BadLine(0).passed(data, EmulatorFaults(noise=1.0)).split(b"\0")
     assert noisy[2:3] == [b"abcdefgh"] or b"abcdefgh" in noisy
-    flipped = BadLine(0).passed(bytes(8000), Emulator(flipped=0.25))
+    flipped = BadLine(0).passed(bytes(8000), EmulatorFaults(flipped=0.25))
     assert sum(bin(byte).count("1") for byte in flipped) == pytest.approx(2000, rel=0.1)
+
+
+def test_a_text_of_faults_is_read_or_refused_by_name():
+    expected = EmulatorFaults(lost=0.1, unplugged=True, restarts=3)
+    assert EmulatorFaults.read("lost=0.1, unplugged ,restarts=3") == expected
+    for wrong in ("lost=2", "lots=1", "unplugged=3", "lost=[1", "lost"):
+        with pytest.raises(ParameterError, match=r"emulator\.faults.*expected"):
+            EmulatorFaults.read(wrong)

@@ -32,7 +32,11 @@ def test_a_link_of_one_that_was_killed_is_taken_over_and_a_file_is_not(ros, tmp_
 
 
 def test_parameters_it_cannot_do_are_refused_at_the_start(ros, tmp_path):
-    wrong = {"simulator.speed_factor": 2.0, "emulator.flipped": 1.5, "kinematics.wheel_angles": [0.0, 0.0, 0.0]}
+    wrong = {
+        "simulator.speed_factor": 2.0,
+        "emulator.faults": "flipped=1.5",
+        "kinematics.wheel_angles": [0.0, 0.0, 0.0],
+    }
     for key, value in wrong.items():
         with pytest.raises(ParameterError, match=key):
             ros.make(FirmwareEmulator, {"emulator.link": str(tmp_path / "line"), key: value})

@@ -19,10 +19,10 @@ from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.progress import Progress
 
 
-def with_emulator(folder: Path, parameter: str) -> tuple[int, str, dict]:
-    """Exit code, output and summary of a run with this parameter of the emulator."""
+def with_emulator(folder: Path, faults: str) -> tuple[int, str, dict]:
+    """Exit code, output and summary of a run with these faults of the emulator."""
     file, out = folder / "emulator.yaml", folder / "runs"
-    file.write_text(f"/**:\n  ros__parameters:\n    emulator: {{{parameter}}}\n")
+    file.write_text(f"/**:\n  ros__parameters:\n    emulator.faults: {faults}\n")
     options = ["--no-pictures", "--robot", "emulator", "--params", str(file), "--out", str(out)]
     command = [sys.executable, "-m", "collplan_ros.bringup.main", *options]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
@@ -35,7 +35,7 @@ def with_emulator(folder: Path, parameter: str) -> tuple[int, str, dict]:
 @pytest.mark.timeout(300)
 def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(tmp_path):
     """In real time, as a firmware is: the driver alone on such a line is in tests/driver."""
-    code, text, summary = with_emulator(tmp_path, "flipped: 0.01")
+    code, text, summary = with_emulator(tmp_path, "flipped=0.01")
     assert code == 0, text
     assert (summary["reached"], summary["simulated"]) == (True, True)
     assert summary["path_length_source"] == "ground_truth"

@@ -7,12 +7,14 @@ parameter files, `ros2 param set` and the study's grid.
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from math import pi, radians, sqrt
 from typing import Any
 
 from collplan_core.fence import why_no_polygon
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, parameter, specs
 from collplan_core.strategies import NAMES
+from collplan_core.yaml_text import YamlError, parse_yaml
 
 _PART = r"(?:[A-Za-z_]|\{(?:node|ns|namespace)\})(?:\w|\{(?:node|ns|namespace)\})*"
 TOPIC = re.compile(rf"~|(?:~?/)?{_PART}(?:/{_PART})*", re.ASCII)
@@ -437,30 +439,61 @@ class Base(Parameters):
 
 
 @dataclass(frozen=True)
+class EmulatorFaults(Parameters):
+    """Faults that the emulated firmware is asked for: the text of emulator.faults. Shares hold in both directions."""
+
+    group = "emulator.faults"
+    baud: int = parameter(115200, "Baud rate of the firmware; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
+    protocol_version: int = parameter(2, "Version of the protocol that the firmware speaks", low=0, high=255)
+    n_wheels: int = parameter(0, "Wheels that the firmware announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)
+    flipped: float = parameter(0.0, "Share of bytes with one bit flipped", low=0.0, high=1.0)
+    lost: float = parameter(0.0, "Share of frames that vanish", low=0.0, high=1.0)
+    doubled: float = parameter(0.0, "Share of frames that come twice", low=0.0, high=1.0)
+    cut: float = parameter(0.0, "Share of frames that end too early", low=0.0, high=1.0)
+    split: float = parameter(0.0, "Share of frames whose second part comes later", low=0.0, high=1.0)
+    noise: float = parameter(0.0, "Share of frames with noise before them", low=0.0, high=1.0)
+    stall: float = parameter(0.0, "Time for which the firmware hangs when this is set", unit="s", low=0.0, high=10.0)
+    restarts: int = parameter(0, "The firmware restarts whenever this is changed", low=0, high=2**31 - 1)
+    unplugged: bool = parameter(False, "The cable is pulled")
+    estop_pressed: bool = parameter(False, "The button on the robot is pressed")
+    battery: float = parameter(7.6, "Voltage of the battery; low below 6.6 V", unit="V", low=0.0, high=60.0)
+    motor_fault: bool = parameter(False, "A motor has failed")
+    too_hot: bool = parameter(False, "The motors are too hot")
+
+    @classmethod
+    def read(cls, text: str) -> "EmulatorFaults":
+        """Reads a text such as "lost=0.1, unplugged"; raises ParameterError for an unknown fault or a wrong value."""
+        faults = {spec.key.rpartition(".")[2]: spec.default for spec in specs(cls)}
+        asked = {}
+        for part in filter(None, (each.strip() for each in text.split(","))):
+            name, value = (each.strip() for each in f"{part}=true".split("=")[:2])
+            if name not in faults:
+                raise ParameterError(f"emulator.faults: got {part!r}, expected some of {', '.join(faults)}, as lost=0.1, unplugged")
+            try:
+                asked[name] = parse_yaml(value)
+            except YamlError as error:
+                raise ParameterError(f"emulator.faults: got {part!r}: {error}") from None
+        return cls(**asked)
+
+
+@dataclass(frozen=True)
 class Emulator(Parameters):
-    """The emulated firmware around the simulated robot, and the faults it is asked for. Rates of faults hold in both directions."""
+    """The emulated firmware around the simulated robot."""
 
     group = "emulator"
     firmware: str = parameter("python", "Firmware: the emulated one, or the reference in C, compiled by cc", choices=("python", "c"))
     link: str = parameter("/tmp/omnipuck", "Path of the link to the pseudo-terminal, for driver.port")
-    baud: int = parameter(115200, "Baud rate of the firmware; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
-    telemetry_rate: float = parameter(50.0, "Telemetry frames per second; the reference in C has 50", unit="Hz", low=1.0, high=100.0)
     senses_impacts: bool = parameter(False, "The ring senses impacts and the firmware reports them")
-    protocol_version: int = parameter(2, "Version of the protocol that the firmware speaks", low=0, high=255)
-    n_wheels: int = parameter(0, "Wheels that the firmware announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)
-    flipped: float = parameter(0.0, "Share of bytes with one bit flipped", low=0.0, high=1.0, live=True)
-    lost: float = parameter(0.0, "Share of frames that vanish", low=0.0, high=1.0, live=True)
-    doubled: float = parameter(0.0, "Share of frames that come twice", low=0.0, high=1.0, live=True)
-    cut: float = parameter(0.0, "Share of frames that end too early", low=0.0, high=1.0, live=True)
-    split: float = parameter(0.0, "Share of frames whose second part comes later", low=0.0, high=1.0, live=True)
-    noise: float = parameter(0.0, "Share of frames with noise before them", low=0.0, high=1.0, live=True)
-    stall: float = parameter(0.0, "Time for which the firmware hangs when this is set", unit="s", low=0.0, high=10.0, live=True)
-    restarts: int = parameter(0, "The firmware restarts whenever this is changed", low=0, high=2**31 - 1, live=True)
-    unplugged: bool = parameter(False, "The cable is pulled", live=True)
-    estop_pressed: bool = parameter(False, "The button on the robot is pressed", live=True)
-    battery: float = parameter(7.6, "Voltage of the battery; low below 6.6 V", unit="V", low=0.0, high=60.0, live=True)
-    motor_fault: bool = parameter(False, "A motor has failed", live=True)
-    too_hot: bool = parameter(False, "The motors are too hot", live=True)
+    faults: str = parameter("", f"Faults, as lost=0.1, unplugged: {', '.join(spec.key.rpartition('.')[2] for spec in specs(EmulatorFaults))}", live=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.asked  # noqa: B018 (a wrong text is refused here)
+
+    @cached_property
+    def asked(self) -> EmulatorFaults:
+        """The faults of the text."""
+        return EmulatorFaults.read(self.faults)
 
 
 @dataclass(frozen=True)

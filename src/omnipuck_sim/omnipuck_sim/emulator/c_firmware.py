@@ -25,8 +25,6 @@ from omnipuck_sim.emulator.firmware import (
 from omnipuck_sim.robot.physics import Simulator
 
 CLOCK = 1 << 32
-TELEMETRY_RATE = 50.0
-"""Rate of its telemetry, as in firmware.h [Hz]."""
 NAME = b"reference 2"
 
 _CLOCK = ctypes.CFUNCTYPE(c_uint32, c_void_p)
@@ -85,22 +83,21 @@ class CFirmware:
         """Compiles the firmware where that is needed.
 
         Raises:
-            ParameterError: it cannot be compiled, or is to speak another version, at another rate or of wheels that are
-                not there.
+            ParameterError: it cannot be compiled, or is to speak another version or of wheels that are not there.
         """
-        emulator = settings.emulator
-        if emulator.protocol_version != VERSION:
-            raise ParameterError(f"emulator.protocol_version: got {emulator.protocol_version}, expected {VERSION} in C")
-        if emulator.telemetry_rate != TELEMETRY_RATE:
+        faults = settings.emulator.asked
+        if faults.protocol_version != VERSION:
             raise ParameterError(
-                f"emulator.telemetry_rate: got {emulator.telemetry_rate}, expected {TELEMETRY_RATE:g} in C"
+                f"emulator.faults: got protocol_version={faults.protocol_version}, expected {VERSION} in C"
             )
         self._wheels = OmniWheels(settings.kinematics)
-        if emulator.n_wheels not in (0, len(self._wheels)):
-            raise ParameterError(f"emulator.n_wheels: got {emulator.n_wheels}, expected 0 or {len(self._wheels)} in C")
-        self.estop_pressed = emulator.estop_pressed
-        self.battery = emulator.battery
-        self.motor_fault, self.too_hot = emulator.motor_fault, emulator.too_hot
+        if faults.n_wheels not in (0, len(self._wheels)):
+            raise ParameterError(
+                f"emulator.faults: got n_wheels={faults.n_wheels}, expected 0 or {len(self._wheels)} in C"
+            )
+        self.estop_pressed = faults.estop_pressed
+        self.battery = faults.battery
+        self.motor_fault, self.too_hot = faults.motor_fault, faults.too_hot
         self.stalled = False
         self._simulator = simulator
         self._speeds = np.zeros(len(self._wheels))
@@ -112,7 +109,7 @@ class CFirmware:
         self._library = compiled_firmware()
         self._configuration = _Configuration(
             wheels=len(self._wheels),
-            capabilities=SENSES_IMPACTS if emulator.senses_impacts else 0,
+            capabilities=SENSES_IMPACTS if settings.emulator.senses_impacts else 0,
             longest_life=round(LONGEST_LIFE * 1e3),
             battery_low=round(LOW_BATTERY * 1e3),
             wheel_speed=settings.kinematics.max_wheel_speed,

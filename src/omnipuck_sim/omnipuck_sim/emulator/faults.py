@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from collplan_core.parameters import Emulator
+from collplan_core.parameters import EmulatorFaults
 
 LARGEST_NOISE = 12
 """Longest burst of noise before a frame [bytes]."""
@@ -15,7 +15,7 @@ class BadLine:
         self._random = np.random.default_rng(seed)
         self._held = b""
 
-    def passed(self, data: bytes, faults: Emulator) -> bytes:
+    def passed(self, data: bytes, faults: EmulatorFaults) -> bytes:
         """The bytes that come out when `data` goes in; a frame is the bytes between two delimiters."""
         sent, self._held = self._held, b""
         pieces = data.split(b"\0")
@@ -27,7 +27,7 @@ class BadLine:
             sent, self._held = sent[:half], sent[half:]
         return self._flipped(sent, faults.flipped)
 
-    def _frame(self, frame: bytes, faults: Emulator) -> bytes:
+    def _frame(self, frame: bytes, faults: EmulatorFaults) -> bytes:
         if self._happens(faults.lost):
             return b""
         if self._happens(faults.cut):

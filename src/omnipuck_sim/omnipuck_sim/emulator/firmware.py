@@ -86,19 +86,19 @@ class Firmware:
     """
 
     def __init__(self, simulator: Simulator, settings: Settings, boot: int) -> None:
-        emulator = settings.emulator
-        self.estop_pressed = emulator.estop_pressed
-        self.battery = emulator.battery
-        self.motor_fault, self.too_hot = emulator.motor_fault, emulator.too_hot
+        faults = settings.emulator.asked
+        self.estop_pressed = faults.estop_pressed
+        self.battery = faults.battery
+        self.motor_fault, self.too_hot = faults.motor_fault, faults.too_hot
         self.stalled = False
         self.refused = 0
         self.late = 0
         self._simulator = simulator
         self._wheels = OmniWheels(settings.kinematics)
-        self._n_wheels = emulator.n_wheels or len(self._wheels)
-        self._senses = emulator.senses_impacts
+        self._n_wheels = faults.n_wheels or len(self._wheels)
+        self._senses = settings.emulator.senses_impacts
         self._boot = boot
-        version = emulator.protocol_version
+        version = faults.protocol_version
         self._encoder, self._decoder = Encoder(version), Decoder(version, TO_DEVICE)
         self._session = 0
         self._own_caps = WheelCaps(float(np.float32(settings.kinematics.max_wheel_speed)), MOST_ACCELERATION)

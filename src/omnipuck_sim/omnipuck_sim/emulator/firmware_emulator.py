@@ -10,7 +10,17 @@ from typing import Any
 
 from std_srvs.srv import Trigger
 
-from collplan_core.parameters import Control, Emulator, Frames, Kinematics, Limits, Robot, Settings, Simulation
+from collplan_core.parameters import (
+    Control,
+    Emulator,
+    EmulatorFaults,
+    Frames,
+    Kinematics,
+    Limits,
+    Robot,
+    Settings,
+    Simulation,
+)
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.node_kit.diagnostics import OK, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
@@ -23,8 +33,10 @@ from omnipuck_sim.node.simulated_mocap import MOCAP_LIVE, SimulatedMocap
 
 FIRMWARES: dict[str, type[Firmware] | type[CFirmware]] = {"python": Firmware, "c": CFirmware}
 GROUPS = (Robot, Simulation, Limits, Control, Frames, Kinematics, Emulator)
-GARBLED = Emulator(flipped=0.5)
+GARBLED = EmulatorFaults(flipped=0.5)
 """Faults of a line whose ends use different rates."""
+TELEMETRY_RATE = 50.0
+"""Telemetry frames per second, as the reference in C sends them."""
 
 
 class FirmwareEmulator(GraphNode):
@@ -56,22 +68,22 @@ class FirmwareEmulator(GraphNode):
     # ---- faults on request
 
     def _change(self, settings: Settings) -> None:
-        before, emulator = self._settings.emulator, settings.emulator
+        before, faults = self._settings.emulator.asked, settings.emulator.asked
         self._settings = settings
-        if emulator.restarts != before.restarts:
+        if faults.restarts != before.restarts:
             self.get_logger().info("the firmware starts again")
             self._restart()
-        if emulator.unplugged != before.unplugged:
-            self.get_logger().info(f"the cable is {'pulled' if emulator.unplugged else 'plugged in'}")
+        if faults.unplugged != before.unplugged:
+            self.get_logger().info(f"the cable is {'pulled' if faults.unplugged else 'plugged in'}")
             self._plug()
-        if emulator.estop_pressed > before.estop_pressed:
+        if faults.estop_pressed > before.estop_pressed:
             self.get_logger().warning("the emergency stop on the robot is pressed")
-        if emulator.estop_pressed < before.estop_pressed:
+        if faults.estop_pressed < before.estop_pressed:
             self.get_logger().info("the emergency stop on the robot is released")
-        if emulator.stall != before.stall:
-            time.sleep(emulator.stall)
-        self._firmware.estop_pressed, self._firmware.battery = emulator.estop_pressed, emulator.battery
-        self._firmware.motor_fault, self._firmware.too_hot = emulator.motor_fault, emulator.too_hot
+        if faults.stall != before.stall:
+            time.sleep(faults.stall)
+        self._firmware.estop_pressed, self._firmware.battery = faults.estop_pressed, faults.battery
+        self._firmware.motor_fault, self._firmware.too_hot = faults.motor_fault, faults.too_hot
 
     def _started(self) -> Firmware | CFirmware:
         kind = FIRMWARES[self._settings.emulator.firmware]
@@ -87,7 +99,7 @@ class FirmwareEmulator(GraphNode):
         if self._terminal is not None:
             self._terminal.close()
             self._terminal = None
-        if not self._settings.emulator.unplugged:
+        if not self._settings.emulator.asked.unplugged:
             self._terminal = PseudoTerminal(Path(self._settings.emulator.link))
             self._write(self._firmware.booted())
 
@@ -102,9 +114,9 @@ class FirmwareEmulator(GraphNode):
         if self._terminal is not None:
             self._terminal.write(self._line_out.passed(data, self._faults(self._terminal)))
 
-    def _faults(self, terminal: PseudoTerminal) -> Emulator:
-        emulator = self._settings.emulator
-        return emulator if terminal.rate_is(emulator.baud) else GARBLED
+    def _faults(self, terminal: PseudoTerminal) -> EmulatorFaults:
+        faults = self._settings.emulator.asked
+        return faults if terminal.rate_is(faults.baud) else GARBLED
 
     # ---- time
 
@@ -119,7 +131,7 @@ class FirmwareEmulator(GraphNode):
         self._take_stops()
 
     def _send_telemetry(self) -> None:
-        due = floor(self._room.simulator.time * self._settings.emulator.telemetry_rate + 1e-6)
+        due = floor(self._room.simulator.time * TELEMETRY_RATE + 1e-6)
         if due > self._telemetry_sent:
             self._telemetry_sent = due
             self._write(self._firmware.telemetry())
@@ -152,7 +164,7 @@ class FirmwareEmulator(GraphNode):
         }
         if stop is not None:
             values |= {"stop_time": stop.time, "stop_age": stop.age, "stop_cause": stop.cause}
-        unplugged = self._settings.emulator.unplugged
+        unplugged = self._settings.emulator.asked.unplugged
         return Health(WARN, "unplugged", values) if unplugged else Health(OK, "simulated", values)
 
     def destroy_node(self) -> None:
