@@ -43,17 +43,17 @@ def _why_not_still(graph: LiveGraph, mend: Act) -> str:
     return graph.streams.why_moved(begun) or wrong
 
 
-def let(**values: object) -> Act:
-    return lambda graph: graph.let(EMULATOR, **values)
+def let(faults: str) -> Act:
+    return lambda graph: graph.let(EMULATOR, emulator__faults=faults)
 
 
 def plugged_in(graph: LiveGraph) -> None:
-    graph.let(EMULATOR, emulator__unplugged=False)
+    let("")(graph)
     graph.until(lambda: graph.healthy(DRIVER), WAIT)
 
 
 def released(graph: LiveGraph) -> None:
-    graph.let(EMULATOR, emulator__estop_pressed=False)
+    let("")(graph)
     graph.until(lambda: graph.trigger("clear_estop"), WAIT)
 
 
@@ -68,7 +68,7 @@ def row(name: str, limit: float, act: Act, measure: Measure, undo: Act = lambda 
 
 
 AGED = "age of the last command followed"
-unplug, restarts = let(emulator__unplugged=True), lambda graph: graph.let(EMULATOR, emulator__restarts=next(_restarts))
+unplug, restarts = let("unplugged"), lambda graph: let(f"restarts={next(_restarts)}")(graph)
 freeze, thaw = methodcaller("freeze", COMMANDER), methodcaller("thaw", COMMANDER)
 kill, restart = methodcaller("kill", COMMANDER), methodcaller("restart", COMMANDER)
 FAULTS = [
@@ -89,7 +89,7 @@ FAULTS = [
         still_after(oldest_followed, methodcaller("restart", DRIVER)),
     ),
     row("firmware restarts, then no motion", FIRMWARE, restarts, still_after(wheels_stop(HELD))),
-    row("button on the robot", FIRMWARE, let(emulator__estop_pressed=True), wheels_stop(STOPPED), released),
-    row("motor fault", FIRMWARE, let(emulator__motor_fault=True), refused, let(emulator__motor_fault=False)),
-    row("motors too hot", FIRMWARE, let(emulator__too_hot=True), refused, let(emulator__too_hot=False)),
+    row("button on the robot", FIRMWARE, let("estop_pressed"), wheels_stop(STOPPED), released),
+    row("motor fault", FIRMWARE, let("motor_fault"), refused, let("")),
+    row("motors too hot", FIRMWARE, let("too_hot"), refused, let("")),
 ]

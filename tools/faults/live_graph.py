@@ -160,7 +160,7 @@ class LiveGraph(Graph, Bench):
         return bool(self.call(Trigger, service, Trigger.Request()).success)
 
     def let(self, node: str, **values: object) -> float:
-        """Sets parameters of a node; their group is told from the name by two underscores: emulator__unplugged.
+        """Sets parameters of a node; their group is told from the name by two underscores: emulator__faults.
 
         Raises:
             BenchError: they are refused.

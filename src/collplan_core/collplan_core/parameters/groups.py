@@ -453,7 +453,7 @@ class EmulatorFaults(Parameters):
     split: float = parameter(0.0, "Share of frames whose second part comes later", low=0.0, high=1.0)
     noise: float = parameter(0.0, "Share of frames with noise before them", low=0.0, high=1.0)
     stall: float = parameter(0.0, "Time for which the firmware hangs when this is set", unit="s", low=0.0, high=10.0)
-    restarts: int = parameter(0, "The firmware restarts whenever this is changed", low=0, high=2**31 - 1)
+    restarts: int = parameter(0, "The firmware restarts whenever this becomes another number than 0", low=0, high=2**31 - 1)
     unplugged: bool = parameter(False, "The cable is pulled")
     estop_pressed: bool = parameter(False, "The button on the robot is pressed")
     battery: float = parameter(7.6, "Voltage of the battery; low below 6.6 V", unit="V", low=0.0, high=60.0)
@@ -604,6 +604,7 @@ WITHOUT_EFFECT = (
     *("simulator.controller_lateness", "simulator.planner_lateness", "simulator.sensor_lateness", "simulator.patience"),
     "robot.motion_delay_estimated",
     "teleop.",
+    *(f"emulator.{name}" for name in ("telemetry_rate", *(spec.key.rpartition(".")[2] for spec in specs(EmulatorFaults)))),
 )
 """Beginnings of the keys of removed parameters that are ignored. Files of earlier versions hold them, and LOCKSTEP for a speed_factor of 0."""
 

@@ -70,7 +70,7 @@ class FirmwareEmulator(GraphNode):
     def _change(self, settings: Settings) -> None:
         before, faults = self._settings.emulator.asked, settings.emulator.asked
         self._settings = settings
-        if faults.restarts != before.restarts:
+        if faults.restarts not in (0, before.restarts):
             self.get_logger().info("the firmware starts again")
             self._restart()
         if faults.unplugged != before.unplugged:
