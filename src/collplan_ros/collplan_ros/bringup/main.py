@@ -14,7 +14,6 @@ import numpy as np
 from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_ros.bringup.check import check
-from collplan_ros.bringup.drive_file import kept
 from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.failures import (
     NOT_REACHED,
@@ -126,8 +125,6 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> R
         say(f"{error}; what was recorded until then is in {folder.recording}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
     result = RunResult(outcome, exit_code, message, folder.path, results.summary)
-    if bringup.options.keep is not None:
-        say(kept(bringup.options.keep, recorded.log.drive, preparation.settings, preparation.robot.simulated))
     try:
         for missing in make_pictures(recorded, results, preparation) if bringup.options.pictures else ():
             say(missing)

@@ -186,13 +186,6 @@ class Options:
     yes: bool = _option("--yes", False, "with --check: move the robot without asking")
     view: bool = _option("--view", False, "show the run in a browser, at the printed address (view.port)")
     journal: bool = _option("--no-journal", True, "do not record what replay needs (planner.journal: false)")
-    keep: Path | None = _option(
-        "--keep",
-        None,
-        "parameter file to which the drive that was learnt is written; its other values stay, its comments do not",
-        type=Path,
-        metavar="FILE",
-    )
     again: bool = _option("--again", False, "drive to and fro until Ctrl-C; simulated robots only")
 
     @property
