@@ -28,7 +28,6 @@ from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.node_kit.stop_signal import StopSignal
-from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
 from collplan_ros.run.recorded_run import RecordedRun, read_run
 from collplan_ros.run.result_files import PICTURE, Results, counted_impacts, write_result_files
@@ -137,12 +136,6 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> R
 def _driven(bringup: Bringup) -> tuple[str, int, str]:
     """Starts the graph, drives to the requested goal, and stops; returns outcome, exit code and message."""
     options, graph, say = bringup.options, bringup.graph, bringup.progress.say
-    try:
-        completed = complete_newest(options.out, say)
-    except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
-        completed = f"an earlier run could not be completed: {error}"
-    if completed:
-        say(completed)
     try:
         with bringup:
             say(_announcement(bringup.preparation))
