@@ -44,12 +44,12 @@ def weights() -> dict[str, dict[str, int]]:
 
 
 def too_heavy(found: dict[str, dict[str, int]], ceiling: dict[str, dict[str, int]]) -> list[str]:
-    """Returns a line for each number that is above its ceiling, or that has none."""
+    """Returns a line for each number that is above its ceiling."""
     return [
-        f"{name}: {number} {what}, expected at most {ceiling.get(name, {}).get(what, 0)}"
-        for name, row in found.items()
-        for what, number in row.items()
-        if what != "files" and number > ceiling.get(name, {}).get(what, 0)
+        f"{name}: {found[name][what]} {what}, expected at most {most}"
+        for name, row in ceiling.items()
+        for what, most in row.items()
+        if found[name][what] > most
     ]
 
 
