@@ -3,7 +3,6 @@
 import json
 import tempfile
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -96,19 +95,20 @@ def killed_run(folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("program", [replay, beside])
-def test_the_results_of_a_killed_run_are_made_when_it_is_read(tmp_path, program, capsys):
+@pytest.mark.parametrize(
+    ("program", "asked", "runs"), [(replay, ["--page"], ["killed"]), (beside, ["--out", "page.html"], ["killed"] * 2)]
+)
+def test_the_results_of_a_killed_run_are_made_when_it_is_read(tmp_path, monkeypatch, capsys, program, asked, runs):
+    monkeypatch.chdir(tmp_path)
     folder = killed_run(tmp_path / "killed")
-    before = read_run(folder)
-    assert "1.84 s" in before.note
-    program(
-        [str(folder), "--page"] if program is replay else [str(folder), str(folder), "--out", str(tmp_path / "p.html")]
-    )
-    assert f"{folder / SUMMARY} and the other results are made" in capsys.readouterr().out
+    recording = (folder / RECORDING).read_bytes()
+    assert "1.84 s" in read_run(folder).note
+    assert program([*asked, *runs]) == 0
+    assert f"killed/{SUMMARY} and the other results are made" in capsys.readouterr().out
     summary = json.loads((folder / SUMMARY).read_text())
     assert (summary["outcome"], summary["reached"], summary["simulated"]) == (KILLED, False, True)
     assert (folder / "impacts.csv").read_text().count("\n") == 2
-    assert read_run(folder).log == replace(before.log, poses=before.log.poses, truth=before.log.truth)
+    assert (folder / RECORDING).read_bytes() == recording
     assert complete(folder) == ""
 
 

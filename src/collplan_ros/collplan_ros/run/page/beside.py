@@ -19,7 +19,7 @@ DESCRIPTION = """\
 Puts runs that bringup recorded in one world on one page like run.html. It plays them in a browser on one clock, which
 is zero at each run's first command to move. A click on a picture shows that run at the side.
 
-Written: exit code 0. A request that cannot be fulfilled: 2, and nothing is written.
+Written: exit code 0. A request that cannot be fulfilled: 2, and no page is written.
 """
 EPILOG = """\
 examples:
