@@ -104,9 +104,9 @@ movers: export OPENBLAS_NUM_THREADS = 1
 movers: $(COMPILED)  ## what the strategies do where something moves, simulated; ARGS="--trials 200 --seed N"; the next call goes on
 	@$(PYTHON) studies/movers_bench.py $(ARGS)
 
-lint: $(READY)  ## style and types
-	@failed=0; for check in "ruff check" "ruff format --check" mypy; do \
-		echo "$$check"; $(PYTHON) -m $$check || failed=1; done; exit $$failed
+lint: $(READY)  ## style, types, and whether the code is heavier than tools/weight.toml allows
+	@failed=0; for check in "-m ruff check" "-m ruff format --check" "-m mypy" tools/weight.py; do \
+		echo "$$check"; $(PYTHON) $$check || failed=1; done; exit $$failed
 
 format: $(READY)  ## lay the sources out as lint wants them
 	$(PYTHON) -m ruff check --fix

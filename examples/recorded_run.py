@@ -10,7 +10,7 @@ from collplan_ros.run.reader import is_whole, messages
 
 path = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/latest") / "run.mcap"
 if not is_whole(path):
-    print(f"{path}: has no end, it is cut off: replay --finish gives it one")
+    print(f"{path}: has no end, it is cut off")
 poses, commands = [], []
 for topic, came, message in messages(path, ["mocap/odom", "cmd_vel"]):
     if topic == "mocap/odom":

@@ -29,7 +29,6 @@ from collplan_core.parameters.file import write_values
 from collplan_core.worlds import World, load_world
 from collplan_ros.bringup.driving import Bringup, wait_until_ready
 from collplan_ros.bringup.options import parse
-from collplan_ros.run.simulated_drive import same_simulated_drive
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
 from collplan_study.report.content import number
@@ -180,6 +179,22 @@ runs: list[Legs] = []
 def row_of(case: Case) -> dict[str, Any]:
     """The row of a run."""
     return through_graph(case) if case.engine == GRAPH else through_trial(case)
+
+
+def same_simulated_drive(max_acceleration: float, lag: float, settings: Settings) -> dict[str, float]:
+    """The ratios with which a simulated robot drives as under these settings, once other constants are believed.
+
+    Args:
+        max_acceleration: [m/s^2]; lag: [s]: the constants believed from then on.
+    """
+    robot, simulation = settings.robot, settings.simulator
+    true_lag = robot.velocity_lag * simulation.mass_ratio
+    acceleration = robot.max_acceleration * simulation.acceleration_ratio / simulation.mass_ratio
+    mass_ratio = true_lag / lag if lag > 0.0 else simulation.mass_ratio
+    return {
+        "simulator.mass_ratio": round(mass_ratio, 4),
+        "simulator.acceleration_ratio": round(acceleration * mass_ratio / max_acceleration, 4),
+    }
 
 
 def through_graph(case: Case) -> dict[str, Any]:

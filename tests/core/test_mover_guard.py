@@ -6,9 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from collplan_core.command import FREE_SPACE, HAND, STOPPED, WAITING, Command
-from collplan_core.control.activity import STOPPED as STANDS
-from collplan_core.control.activity import TRACK, describe
+from collplan_core.command import FREE_SPACE, HAND, WAITING, Command
 from collplan_core.control.interlock import LONGEST_FAULT
 from collplan_core.control.motion_monitor import OK
 from collplan_core.goal import EXECUTING, Goal
@@ -135,11 +133,3 @@ def test_what_may_come_out_of_what_it_does_not_see_slows_it_and_the_hall_does_no
     assert math.hypot(*slowed.velocity) < 0.9
     assert "what it does not see" in slowed.reason
     assert kept_off(command, fast, NO_MOVERS, around[1], SETTINGS) is command
-
-
-def test_people_are_told():
-    slow = Command(np.array([0.2, 0.0]), 0.0, FREE_SPACE, np.zeros(2), "keeps off a mover 0.4 m away")
-    assert describe(slow, None, 0.0).name == TRACK
-    assert "slowly: keeps off a mover" in describe(slow, None, 0.0).reason
-    stands = replace(slow, maneuver=STOPPED)
-    assert (describe(stands, None, 0.0).name, "a mover" in describe(stands, None, 0.0).reason) == (STANDS, True)

@@ -32,13 +32,13 @@ def sent_in_a_run():
     candidates = Candidates(SQUARE, 0.1 * SQUARE, np.array([4.0, 3.0, 2.0, 1.0]), terms={"risk": np.arange(4.0)})
     rollouts = Candidates(SQUARE, 0.1 * SQUARE, np.ones(4), paths=(SQUARE, 2 * SQUARE), path_costs=(7.0, 5.0))
     costs = status("planner", b"\0", "", planning_time_ms="12.5", strategy="bounce", time="3.25", clearance="0.5")
-    doing = {"maneuver": "free_space", "activity": "bounce", "reason": "", "plan_stamp": "1.0"}
+    doing = {"maneuver": "free_space", "reason": "free space", "plan_stamp": "1.0"}
     yield "planner/seen", 0.3, seen_to_message(LAYERS, EPOCH + 0.25, "map")
     yield "planner/compared", 0.3, compared_to_message(candidates, EPOCH + 0.25, "map")
     yield "planner/compared", 0.6, compared_to_message(rollouts, EPOCH + 0.55, "map")
     yield "planner/costs", 0.4, DiagnosticArray(status=[costs])
     yield "controller/state", 0.5, status("/controller_node", b"\0", "", **doing)
-    stopped = doing | {"activity": "stopped", "reason": "old"}
+    stopped = doing | {"maneuver": "stopped", "reason": "old"}
     yield "controller/state", 1.5, status("/controller_node", b"\1", "", **stopped)
     yield "robot/state", 0.5, status("/simulator_node", b"\0", "", state="free", reason="")
     yield "/diagnostics", 0.2, DiagnosticArray(status=[status("/robot1/planner_node", b"\0", "plans")])
@@ -117,9 +117,9 @@ def test_what_nodes_said_is_shown(recording):
     frames = recording["frames"]
     (costs,) = (frame["costs"] for frame in frames if "costs" in frame)
     assert costs["terms"] == {"time": 3.25, "clearance": 0.5}
-    assert newest(frames, "doing", 0.6 - ZERO)["activity"] == "bounce"
+    assert newest(frames, "doing", 0.6 - ZERO)["maneuver"] == "free_space"
     last = newest(frames, "doing", 9.0)
-    assert (last["activity"], last["reason"], last["warn"]) == ("stopped", "old", True)
+    assert (last["maneuver"], last["reason"], last["warn"]) == ("stopped", "old", True)
     assert newest(frames, "hold", 9.0) == {"state": "free", "message": ""}
     mocap, planner = newest(frames, "nodes", 9.0)
     assert (mocap["name"], mocap["level"], mocap["message"]) == ("/robot1/mocap_node", 1, "<b>late</b>")

@@ -1,24 +1,24 @@
-"""A recording whose bringup was killed is completed: what was closed of it is there, wherever it was cut off."""
+"""A recording whose bringup was killed is read as far as it was closed, and the results are made from it."""
 
 import json
 import tempfile
-from dataclasses import replace
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rosbags.highlevel import AnyReader
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
-from collplan_ros.replay.main import main
-from collplan_ros.run.completion import KILLED, complete, complete_newest
-from collplan_ros.run.reader import attachment, raw_messages
+from collplan_ros.replay.main import main as replay
+from collplan_ros.run.completion import KILLED, complete
+from collplan_ros.run.page.beside import main as beside
+from collplan_ros.run.reader import raw_messages
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.result_files import SUMMARY
-from collplan_ros.run.whole_file import FolderLock, RunError
+from collplan_ros.run.whole_file import FolderLock
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_recordings import TOPICS, MadeRecording, String, point
 from made_runs import bouncing_run, room, write_recording
@@ -51,41 +51,22 @@ with tempfile.TemporaryDirectory() as _folder:
     ROWS, SIZES, WHOLE = unfinished(Path(_folder) / RECORDING)
 
 
-def completed(content: bytes) -> tuple[str, list[tuple[str, int, bytes]]]:
-    """What is said of a recording with this content, and the rows that both libraries find in it afterwards."""
+def read(content: bytes) -> list[tuple[str, int, bytes]]:
+    """The rows found in a recording with this content."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / RECORDING
         path.write_bytes(content)
-        said = complete(Path(folder))
-        rows = rows_of(path)
-        if rows:
-            with AnyReader([path]) as reader:
-                assert [(c.topic, came, data) for c, came, data in reader.messages()] == rows
-        assert [entry.name for entry in Path(folder).iterdir()] == [RECORDING]
-        return said, rows
+        return rows_of(path)
 
 
 @given(st.integers(HEADER, len(WHOLE)))
 @settings(derandomize=True, deadline=None, max_examples=50)
 def test_a_recording_cut_off_anywhere_holds_every_chunk_that_was_closed(cut):
-    said, rows = completed(WHOLE[:cut])
+    """As a kill, or a disk that is full, leaves it."""
+    rows = read(WHOLE[:cut])
     assert rows == ROWS[: len(rows)]
     assert len(rows) >= IN_CHUNK * sum(size <= cut for size in SIZES)
     assert len(rows) % IN_CHUNK == 0
-    assert f"{len(rows)} messages" in said
-
-
-def test_a_recording_cut_off_in_its_end_holds_everything(tmp_path):
-    made = MadeRecording(tmp_path / RECORDING)
-    for number in range(10):
-        made.write("/controller/reference", point(float(number), 0.0))
-    made.file.finish()
-    content = made.path.read_bytes()
-    for at in (-1, *range(-45, 0, 4)):
-        made.path.write_bytes(content[:at])
-        assert "10 messages" in complete(tmp_path)
-        assert rows_of(made.path) == made.rows
-        assert attachment(made.path, "parameters.yaml") == "/**: {}\n"
 
 
 @given(st.integers(HEADER, len(WHOLE) - 1), st.integers(1, 255))
@@ -93,36 +74,16 @@ def test_a_recording_cut_off_in_its_end_holds_everything(tmp_path):
 def test_what_a_broken_disk_has_changed_is_left_out_and_nothing_is_made_up(at, change):
     changed = bytearray(WHOLE)
     changed[at] ^= change
-    assert set(completed(bytes(changed))[1]) <= set(ROWS)
+    assert set(read(bytes(changed))) <= set(ROWS)
 
 
 def test_a_chunk_that_cannot_be_read_costs_no_other():
     changed = bytearray(WHOLE)
     changed[SIZES[1] + 60] ^= 0xFF
-    assert completed(bytes(changed))[1] == [*ROWS[: 2 * IN_CHUNK], *ROWS[3 * IN_CHUNK :]]
+    assert read(bytes(changed)) == [*ROWS[: 2 * IN_CHUNK], *ROWS[3 * IN_CHUNK :]]
 
 
-def test_what_begins_as_no_recording_is_left_as_it_is(tmp_path):
-    for content in (WHOLE[: HEADER - 1], WHOLE[:8], b"\0" + WHOLE[1:], b"t,x,y\n"):
-        (tmp_path / RECORDING).write_bytes(content)
-        with pytest.raises(RunError, match=f"{tmp_path / RECORDING}: does not begin like a recording"):
-            complete(tmp_path)
-        assert (tmp_path / RECORDING).read_bytes() == content
-
-
-def test_a_recording_that_is_whole_is_left_alone(tmp_path):
-    path = tmp_path / RECORDING
-    made = MadeRecording(path)
-    made.write("/controller/reference", point(1.0, 2.0))
-    made.file.finish()
-    whole, written = path.read_bytes(), path.stat()
-    with pytest.raises(RunError, match="cannot be made"):
-        complete(tmp_path)
-    assert path.read_bytes() == whole
-    assert path.stat().st_ino == written.st_ino
-
-
-# ---- the run folder, and the next bringup
+# ---- the run folder
 
 
 def killed_run(folder: Path) -> Path:
@@ -134,38 +95,29 @@ def killed_run(folder: Path) -> Path:
     return folder
 
 
-def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
+@pytest.mark.parametrize(
+    ("program", "asked", "runs"), [(replay, ["--page"], ["killed"]), (beside, ["--out", "page.html"], ["killed"] * 2)]
+)
+def test_the_results_of_a_killed_run_are_made_when_it_is_read(tmp_path, monkeypatch, capsys, program, asked, runs):
+    monkeypatch.chdir(tmp_path)
     folder = killed_run(tmp_path / "killed")
-    before = read_run(folder)
-    assert "incomplete" in before.note
-    assert "1.84 s" in before.note
-    said = complete(folder)
-    assert "messages of" in said
-    assert f"{folder / SUMMARY}" in said
-    after = read_run(folder)
-    assert (after.note, after.log) == ("", replace(after.log, poses=before.log.poses, truth=before.log.truth))
+    recording = (folder / RECORDING).read_bytes()
+    assert "1.84 s" in read_run(folder).note
+    assert program([*asked, *runs]) == 0
+    assert f"killed/{SUMMARY} and the other results are made" in capsys.readouterr().out
     summary = json.loads((folder / SUMMARY).read_text())
     assert (summary["outcome"], summary["reached"], summary["simulated"]) == (KILLED, False, True)
     assert (folder / "impacts.csv").read_text().count("\n") == 2
-    assert complete(folder).endswith("is whole")
+    assert (folder / RECORDING).read_bytes() == recording
+    assert complete(folder) == ""
 
 
-def test_a_run_that_is_still_written_is_left_alone(tmp_path):
+def test_a_run_that_is_still_written_or_cannot_be_read_is_left_as_it_is(tmp_path):
     folder = killed_run(tmp_path / "run")
-    lock = FolderLock(folder)
-    with pytest.raises(RunError, match=BEING_WRITTEN):
-        complete(folder)
-    said: list[str] = []
-    assert (complete_newest(tmp_path, said.append), said) == ("", [])
-    lock.close()
-    assert RECORDING in complete_newest(tmp_path)
-    assert complete_newest(tmp_path) == ""
-
-
-def test_replay_finishes_a_run_named_by_its_recording_or_says_why_not(tmp_path, capsys):
-    folder = killed_run(tmp_path / "run")
-    assert main(["--finish", str(folder / RECORDING)]) == 0
-    assert "completed" in capsys.readouterr().out
-    for path, words in ((tmp_path / "gone" / RECORDING, "not a folder"), (tmp_path, f"no {RECORDING}")):
-        assert main(["--finish", str(path)]) == 2
-        assert words in capsys.readouterr().err
+    with closing(FolderLock(folder)):
+        assert BEING_WRITTEN in complete(folder)
+    assert not (folder / SUMMARY).exists()
+    (folder / RECORDING).write_bytes(b"t,x,y\n")
+    assert "is not made" in complete(folder)
+    assert (folder / RECORDING).read_bytes() == b"t,x,y\n"
+    assert complete(tmp_path) == ""

@@ -1,5 +1,6 @@
 """run.mcap: every message comes back bit by bit, by two libraries, with what is said of its topic."""
 
+import resource
 import tempfile
 from pathlib import Path
 
@@ -94,6 +95,21 @@ def test_topics_are_asked_for_as_their_nodes_name_them(tmp_path):
     assert (topic, came, message.point.x) == ("controller/reference", EPOCH, 1.0)
     assert [each.topic for each in raw_messages(made.path, ["/controller/reference"])] == ["/controller/reference"]
     assert list(messages(made.path, ["reference"])) == []
+
+
+def test_a_disk_that_is_full_leaves_a_recording_of_what_was_flushed_before(tmp_path):
+    made = written(tmp_path / RECORDING)
+    made.file.flush()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    made.write("/controller/reference", point(3.0, 0.0))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (made.path.stat().st_size + 20, limits[1]))
+    try:
+        with pytest.raises(RecordError, match=r"run.mcap: cannot be written: File too large"):
+            made.file.flush()
+        made.file.finish()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert [(each.topic, each.came, each.data) for each in raw_messages(made.path, list(TOPICS))] == made.rows[:3]
 
 
 def test_what_is_no_whole_recording_is_named_and_no_file_is_written_over(tmp_path):

@@ -129,14 +129,15 @@ def test_poses_that_repeat_are_accepted_where_it_simulates_without_noise(tmp_pat
         assert preparation.prepare(Options(params=path)).settings.mocap.accept_frozen is accepted, (simulator, mocap)
 
 
-def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys):
+def test_a_second_graph_of_a_robot_that_is_not_simulated_is_refused(tmp_path, capsys):
+    robot = ["--robot", "base:/cmd_vel", "--goal", "1", "1", "--scan", "real", "--network", "local"]
     for by_hand, namespace in ((False, "/"), (True, "/"), (False, "/robot1")):
         context = Context()
         with environment_set({RANGE: "LOCALHOST"} if by_hand else {}):
             context.init()
         other = Node("planner_node", context=context, namespace=namespace)
         try:
-            assert main(["--out", str(tmp_path), "--namespace", namespace]) == 2
+            assert main([*robot, "--out", str(tmp_path), "--namespace", namespace]) == 2
         finally:
             other.destroy_node()
             context.shutdown()

@@ -1,4 +1,4 @@
-"""A robot of twice the mass through the graph, in one process: what it learns is used, recorded, told and kept."""
+"""A robot of twice the mass through the graph, in one process: what it learns is used, recorded and told."""
 
 import pytest
 
@@ -10,13 +10,12 @@ from collplan_ros.bringup.options import parse
 from collplan_ros.replay.main import main as replay
 
 
-def test_a_load_is_learnt_told_kept_and_replayed(tmp_path, capsys):
+def test_a_load_is_learnt_told_and_replayed(tmp_path, capsys):
     warm_up()
     heavy, lab = tmp_path / "heavy.yaml", tmp_path / "lab.yaml"
     write_values({"simulator.mass_ratio": 2.0}, heavy)
-    write_values({"rebound.friction": 0.2}, lab)
     asked = ["--world", "serpentine:2", "--strategy", "bounce", "--no-pictures", "--params", str(heavy)]
-    result = run(parse([*asked, "--keep", str(lab), "--out", str(tmp_path / "runs")]))
+    result = run(parse([*asked, "--out", str(tmp_path / "runs")]))
     assert result.summary["reached"], result.message
     drive = result.summary["drive"]
     assert drive["max_acceleration"] == pytest.approx(0.75, rel=0.06)
@@ -24,10 +23,8 @@ def test_a_load_is_learnt_told_kept_and_replayed(tmp_path, capsys):
     assert drive["in_words"].startswith("drives like 0.7")
     assert "set to 1.5; " in drive["in_words"]
     assert " with restitution 0." in drive["in_words"]
+    lab.write_text("/**:\n  ros__parameters:\n" + "".join(f"    {line}\n" for line in drive["parameters"]))
     kept = Settings().with_values(read_parameters(lab))
     assert kept.robot.max_acceleration == pytest.approx(drive["max_acceleration"], rel=1e-3)
-    assert kept.rebound.friction == 0.2
-    true = kept.robot.max_acceleration * kept.simulator.acceleration_ratio / kept.simulator.mass_ratio
-    assert true == pytest.approx(0.75, rel=1e-3)
-    assert "robot.max_acceleration 0.7" in capsys.readouterr().out
+    assert drive["in_words"] in capsys.readouterr().out
     assert replay([str(result.folder)]) == 0

@@ -21,7 +21,6 @@ from collplan_ros.run.description import END
 from collplan_ros.run.reader import description, raw_messages
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_log import RunLog
-from collplan_ros.run.whole_file import RunError
 from collplan_ros.run.writer import RECORDING
 
 AT_REST = 0.03
@@ -79,15 +78,14 @@ def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
 # ---- what is left of a run that was killed
 
 
-def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_it(tmp_path):
+def test_the_run_of_a_killed_bringup_is_read_and_its_results_made_and_no_node_outlives_it(tmp_path):
     with Run(tmp_path / "runs", *IN_PROCESSES) as run:
         wait_for(run.moving)
         folder = (run.out / "latest").resolve()
         # one that is killed within its first second may leave nothing
         wait_for(run.has_recorded)
         assert run.process.poll() is None, run.text
-        with pytest.raises(RunError, match="being written"):
-            complete(folder)
+        assert "being written" in complete(folder)
         run.process.kill()
         run.end()
     left = read_run(folder)
@@ -97,4 +95,3 @@ def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_
     assert run.summary()["outcome"] == KILLED
     assert read_run(folder).log.poses == left.log.poses
     assert list(raw_messages(folder / RECORDING, ["mocap/odom"]))
-    assert complete(folder) == f"{folder}: is whole"

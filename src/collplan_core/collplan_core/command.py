@@ -13,7 +13,8 @@ HAND = "hand"
 """In the place of a maneuver: a person drives, and there is no reference."""
 WAITING = "waiting"
 """In the place of a maneuver: the robot stands, or hardly moves, because of what moves near it."""
-WITHOUT_REFERENCE = (HAND, STOPPED, WAITING)
+STANDING = (STOPPED, WAITING)
+WITHOUT_REFERENCE = (HAND, *STANDING)
 
 
 @dataclass(frozen=True, eq=False)

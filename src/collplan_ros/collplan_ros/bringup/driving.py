@@ -90,20 +90,10 @@ def wait_until_ready(graph: Graph) -> None:
 
 
 def refuse_kept_stop(graph: Graph) -> None:
-    """Waits, where the robot has kept an emergency stop, until somebody clears it, however long that takes.
-
-    The robot does not drive off then: the run ends, and has to be started again.
-
-    Raises:
-        GraphError: the emergency stop has been cleared.
-    """
-    why = graph.recorder.emergency_stop
-    if not why:
-        return
-    clear = graph.complaints.name("clear_estop")
-    graph.progress.say(f"{why}: call {clear}, or press Clear emergency stop on the page; Ctrl-C ends")
-    graph.wait(lambda: not graph.recorder.emergency_stop, math.inf, str)
-    raise GraphError("the emergency stop is cleared: start again to drive")
+    """Raises GraphError where the robot has kept an emergency stop: it must not drive off when somebody clears that."""
+    if why := graph.recorder.emergency_stop:
+        clear = graph.complaints.name("clear_estop")
+        raise GraphError(f"{why}: call {clear}, or press Clear emergency stop on the page, then start again")
 
 
 def _all_reported(graph: Graph) -> Callable[[], bool]:

@@ -125,7 +125,8 @@ class Graph:
             self.complaints = Complaints(preparation, self.recorder, node)
             self.listener.listen_to_logs(self._say_logged)
             self.goals = Goals(node, preparation.settings.frames.map, self.now)
-            self._refuse_running_nodes()
+            if not preparation.robot.simulated:
+                self._refuse_running_nodes()
             watch = HangWatch()
             if preparation.in_one_process:
                 stack.enter_context(watch.watching())

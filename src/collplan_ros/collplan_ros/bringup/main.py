@@ -14,7 +14,6 @@ import numpy as np
 from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_ros.bringup.check import check
-from collplan_ros.bringup.drive_file import kept
 from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.failures import (
     NOT_REACHED,
@@ -29,7 +28,6 @@ from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.node_kit.stop_signal import StopSignal
-from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.description import PARAMETERS
 from collplan_ros.run.recorded_run import RecordedRun, read_run
 from collplan_ros.run.result_files import PICTURE, Results, counted_impacts, write_result_files
@@ -126,8 +124,6 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> R
         say(f"{error}; what was recorded until then is in {folder.recording}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
     result = RunResult(outcome, exit_code, message, folder.path, results.summary)
-    if bringup.options.keep is not None:
-        say(kept(bringup.options.keep, recorded.log.drive, preparation.settings, preparation.robot.simulated))
     try:
         for missing in make_pictures(recorded, results, preparation) if bringup.options.pictures else ():
             say(missing)
@@ -140,12 +136,6 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> R
 def _driven(bringup: Bringup) -> tuple[str, int, str]:
     """Starts the graph, drives to the requested goal, and stops; returns outcome, exit code and message."""
     options, graph, say = bringup.options, bringup.graph, bringup.progress.say
-    try:
-        completed = complete_newest(options.out, say)
-    except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
-        completed = f"an earlier run could not be completed: {error}"
-    if completed:
-        say(completed)
     try:
         with bringup:
             say(_announcement(bringup.preparation))

@@ -186,13 +186,6 @@ class Options:
     yes: bool = _option("--yes", False, "with --check: move the robot without asking")
     view: bool = _option("--view", False, "show the run in a browser, at the printed address (view.port)")
     journal: bool = _option("--no-journal", True, "do not record what replay needs (planner.journal: false)")
-    keep: Path | None = _option(
-        "--keep",
-        None,
-        "parameter file to which the drive that was learnt is written; its other values stay, its comments do not",
-        type=Path,
-        metavar="FILE",
-    )
     again: bool = _option("--again", False, "drive to and fro until Ctrl-C; simulated robots only")
 
     @property
@@ -265,8 +258,8 @@ examples:
 
 Each run leaves a folder: run.html, which plays it in a browser, trajectory.png and .csv, impacts.csv, summary.json,
 parameters.yaml, the output of each node in log/, and run.mcap, which holds every topic and is written during the run.
-The next bringup completes the run of one that was killed. The command line that repeats the run is printed at its end,
-and is in summary.json.
+replay and beside make the results of a run whose bringup was killed. The command line that repeats the run is printed
+at its end, and is in summary.json.
 ROS_DOMAIN_ID is used as it is set. A domain can hold several robots, each with its own --namespace.
 """
 

@@ -14,7 +14,6 @@ from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
-from collplan_ros.bringup.drive_file import check_keep
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import (
     FIRST_SPEED,
@@ -132,8 +131,6 @@ def prepare(options: Options) -> Preparation:
         given = read_parameters(options.params, options.graph) if options.params else {}
         _refuse_unsaid(options, robot)
         settings, speed = _slow(_settings(options, robot, given, chosen), options, robot, given)
-        if options.keep is not None:
-            check_keep(options.keep, settings)
         world = load_world(settings.simulator.world)
         goal = _checked_goal(options, world, settings, robot)
         nodes = [name for name in NODES if name != LIDAR or options.scan == SIM]
@@ -166,12 +163,7 @@ def find_executable(name: str) -> str:
 
 
 def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
-    """Requires world, goal and network on the command line for a robot that is not simulated.
-
-    Refuses a file for what a check would learn.
-    """
-    if options.check and options.keep is not None:
-        raise StartError(f"--keep: got {options.keep}, expected none with --check, which learns nothing")
+    """Requires world, goal and network on the command line for a robot that is not simulated."""
     if robot.simulated:
         return
     if options.again:

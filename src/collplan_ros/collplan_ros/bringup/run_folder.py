@@ -17,7 +17,7 @@ from collplan_ros.run.writer import RECORDING
 
 
 class RunFolder:
-    """The folder `parent/<time>/` of one run; locked until `close()`, so that nobody completes it.
+    """The folder `parent/<time>/` of one run; locked until `close()`, so that nobody makes its results.
 
     Attributes:
         path: the folder.

@@ -4,8 +4,7 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from collplan_core.command import STOPPED as STANDS
-from collplan_core.control.activity import Activity
+from collplan_core.command import HAND, STANDING, Command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.learning.drive import Drive, LearntDrive
 from collplan_ros.messages.conversions import stamp_from_seconds
@@ -35,28 +34,37 @@ def goal_from_status(message: GoalStatus) -> Goal:
     return Goal(identity, stamp, np.full(2, np.nan), GOAL_STATUS.get(int(message.status), NO_GOAL))
 
 
-def activity_to_message(
-    activity: Activity, maneuver: str, plan_stamp: float | None, is_to_move: bool, source: str
+def command_in_words(command: Command, slowed: str = "") -> str:
+    """What the robot does at a command, in words; `slowed` is the reason why a hand drives it slowly, or empty."""
+    doing, slowed = command.maneuver.replace("_", " "), slowed or command.reason
+    if command.maneuver in STANDING:
+        return f"stands still: {command.reason}"
+    if command.maneuver == HAND:
+        doing = "driven by hand"
+    return f"{doing}, slowly: {slowed}" if slowed else doing
+
+
+def command_to_state(
+    command: Command, reason: str, plan_stamp: float | None, is_to_move: bool, source: str
 ) -> DiagnosticStatus:
-    """Message of an activity; a warning where the robot stands still although it is to move.
+    """Message of what the controller does; a warning where the robot stands still although it is to move.
 
     Args:
-        activity: activity of the controller.
-        maneuver: maneuver of its command, one of `collplan_core.command.MANEUVERS`.
+        command: the newest command.
+        reason: what it does, in words.
         plan_stamp: stamp of the plan in force [s, poses' clock]; None without one.
         is_to_move: whether the robot is to go to a goal, or where a hand drives it.
         source: full name of the controller's node.
     """
     values = {
-        "maneuver": maneuver,
-        "activity": activity.name,
-        "reason": activity.reason,
+        "maneuver": command.maneuver,
+        "reason": reason,
         "plan_stamp": "none" if plan_stamp is None else _printed(plan_stamp),
     }
     return DiagnosticStatus(
-        level=DiagnosticStatus.WARN if is_to_move and activity.name == STANDS else DiagnosticStatus.OK,
+        level=DiagnosticStatus.WARN if is_to_move and command.maneuver in STANDING else DiagnosticStatus.OK,
         name=str(source),
-        message=activity.reason,
+        message=reason,
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
     )
 

@@ -1,8 +1,8 @@
-"""Outputs of controller_node each period, its line at the terminal when its activity changes, and its statistics."""
+"""Outputs of controller_node each period, its line at the terminal when what it does changes, and its statistics."""
 
 import math
+import re
 from collections import deque
-from dataclasses import replace
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -11,14 +11,13 @@ from rclpy.node import Node
 from std_msgs.msg import Float64, String
 
 from collplan_core.command import HAND, STOPPED, WITHOUT_REFERENCE, Command, stopped
-from collplan_core.control.activity import Activity, describe
 from collplan_core.learning.drive import Drive, drive_of
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.drive_watch import DriveWatch
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import command_to_message, command_type, header
-from collplan_ros.messages.states import activity_to_message, drive_to_message
+from collplan_ros.messages.states import command_in_words, command_to_state, drive_to_message
 from collplan_ros.node_kit.run_node import publish_acknowledged
 
 DRIVE_PERIOD = 1.0
@@ -68,7 +67,7 @@ class ControllerOutputs:
         self._maneuver = node.create_publisher(String, "maneuver", qos.LATCHED)
         self._source = node.get_fully_qualified_name()
         self._state = node.create_publisher(DiagnosticStatus, "controller/state", qos.LATCHED)
-        self._said: tuple[Activity, bool] | None = None
+        self._said: tuple[str, bool] | None = None
         self._reference = node.create_publisher(PointStamped, "controller/reference", qos.EVENT)
         self._motion_delay = node.create_publisher(Float64, "controller/motion_delay", qos.LATCHED)
         self._told_delay = math.nan
@@ -117,15 +116,15 @@ class ControllerOutputs:
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
         plan, is_to_move = loop.plan, loop.goal_active or bool(loop.override_trouble)
-        activity = describe(self.command, plan, now)
-        if self.command.maneuver == HAND and loop.override_trouble:
-            activity = replace(activity, reason=f"{activity.reason}, slowly: {loop.override_trouble}")
+        slowed = loop.override_trouble if self.command.maneuver == HAND else ""
+        reason = command_in_words(self.command, slowed)
         # figures in a reason, such as an age, are no change
-        if self._said and not activity.differs(self._said[0]) and is_to_move == self._said[1]:
+        said = re.sub(r"-?\d+(\.\d+)?", "", reason), is_to_move
+        if said == self._said:
             return
-        self._said, stamp = (activity, is_to_move), None if plan is None else plan.stamp
-        self._state.publish(activity_to_message(activity, self.command.maneuver, stamp, is_to_move, self._source))
+        self._said, stamp = said, None if plan is None else plan.stamp
+        self._state.publish(command_to_state(self.command, reason, stamp, is_to_move, self._source))
         if loop.override_trouble or (self.command.maneuver == STOPPED and loop.goal_active):
-            self._log.warning(activity.reason)
+            self._log.warning(reason)
         else:
-            self._log.info(activity.reason)
+            self._log.info(reason)

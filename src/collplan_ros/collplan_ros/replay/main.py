@@ -52,7 +52,6 @@ recording is cut off: 3.
 EPILOG = """\
 examples:
   replay runs/latest                      the run again
-  replay --finish runs/latest             completes a run whose bringup was killed
   replay --page runs/latest               run.html of a run, which plays it in a browser
   replay trial.jsonl                      a trial's journal
 """
@@ -65,9 +64,8 @@ def main(args: Sequence[str] | None = None) -> int:
     say = Progress().say
     folder = options.run.parent if options.run.name == RECORDING else options.run
     try:
-        if options.finish:
-            say(complete(folder))
-            return SAME
+        if made := complete(folder):
+            say(made)
         if options.page:
             run = read_run(folder)
             print(f"written to {write_run_page(run)}")
@@ -89,9 +87,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = parser_of("replay", DESCRIPTION, EPILOG)
     add = parser.add_argument
     add("run", type=Path, metavar="RUN", help="run folder of bringup, its recording, or the journal of a trial")
-    chosen = parser.add_mutually_exclusive_group().add_argument
-    chosen("--finish", action="store_true", help="complete the files of a run whose bringup was killed, and no more")
-    chosen("--page", action="store_true", help="write run.html, which plays the run in a browser, and no more")
+    add("--page", action="store_true", help="write run.html, which plays the run in a browser, and no more")
     return parser
 
 

@@ -14,6 +14,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from collplan_core.clock_steps import SendTimes
+from collplan_core.command import STANDING
 from collplan_core.command import STOPPED as STANDS
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
@@ -190,7 +191,7 @@ class Recorder:
         self.held = values.get("reason", message.message) if state == HELD else ""
 
     def _take_controller_state(self, message: DiagnosticStatus, _: float) -> None:
-        self.standing = message.message if values_of(message).get("activity") == STANDS else ""
+        self.standing = message.message if values_of(message).get("maneuver") in STANDING else ""
 
     def _take_goal_status(self, message: GoalStatus, sent: float) -> None:
         if sent >= self._asked:

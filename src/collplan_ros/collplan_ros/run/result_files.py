@@ -14,6 +14,7 @@ import numpy as np
 from collplan_core.evaluation.run_end import REACHED, Timing, machine_verdict, measured_path_length, path_length
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.worlds import World
+from collplan_ros.messages.status_values import DRIVE
 from collplan_ros.run.impacts import JudgedImpacts, impacts_of, write_impacts
 from collplan_ros.run.run_log import PoseRow, RunLog
 from collplan_ros.run.whole_file import replacing
@@ -157,6 +158,11 @@ def _rebounds(impacts: JudgedImpacts, settings: Settings) -> str:
     return f"; {hits} with restitution {np.median(found):.2f}, set to {told:g}" if found else ""
 
 
+def _learnt_lines(drive: Mapping[str, float]) -> list[str]:
+    """Lines of a parameter file that set what was learnt."""
+    return [f"robot.{name}: {drive[name]:.4g}" for name in DRIVE if f"{name}.learnt" in drive]
+
+
 @dataclass(frozen=True, eq=False)
 class Results:
     """Results computed from a run.
@@ -208,7 +214,7 @@ def write_result_files(
         "longest_gap_s": timing.gap,
         "machine": machine_verdict(timing, settings.simulator.speed_factor, settings.limits.command_age),
         **said,
-        **({"drive": {**log.drive, "in_words": words}} if log.drive else {}),
+        **({"drive": {**log.drive, "in_words": words, "parameters": _learnt_lines(log.drive)}} if log.drive else {}),
         "assumed": assumed_constants(settings, log.simulated),
     }
     with replacing(folder / SUMMARY) as path:

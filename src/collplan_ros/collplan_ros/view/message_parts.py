@@ -63,7 +63,7 @@ def costs_parts(message: Any) -> Parts:
 def doing_parts(message: Any) -> Parts:
     """Yields the parts of a frame made from controller/state."""
     values = values_of(message)
-    told = {name: values.get(name, "") for name in ("maneuver", "activity", "reason")}
+    told = {name: values.get(name, "") for name in ("maneuver", "reason")}
     yield "doing", told | {"warn": _level(message) >= WARN}
 
 

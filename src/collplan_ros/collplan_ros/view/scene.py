@@ -25,7 +25,7 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     plan        {"stamp" [s], "times": [ms after the stamp, ...], "path": points,
                 "contacts": [x, y, vx, vy, ms after the stamp, ...]}: points touched and velocities after; null: no plan
     goal        {"at": [x, y] or null, "status": none, accepted, executing, succeeded, canceled or aborted}
-    doing       {"maneuver", "activity", "reason", "warn": whether it stands though a goal is active}
+    doing       {"maneuver", "reason", "warn": whether it stands though a goal is active}
     drive       {"message": the drive that was learnt, in words; "warn": whether it is not what is set}
     hold        {"state": free, held or stopped, "" where no robot was heard; "message"}
     movers      {"stamp" [s], "at": [x, y, vx, vy, radius, ...]}: what moves in a simulated world, the truth

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collplan_core.command_line import parser_of
+from collplan_ros.run.completion import complete
 from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_page import write_page
 from collplan_ros.run.recorded_run import read_run
@@ -18,7 +19,7 @@ DESCRIPTION = """\
 Puts runs that bringup recorded in one world on one page like run.html. It plays them in a browser on one clock, which
 is zero at each run's first command to move. A click on a picture shows that run at the side.
 
-Written: exit code 0. A request that cannot be fulfilled: 2, and nothing is written.
+Written: exit code 0. A request that cannot be fulfilled: 2, and no page is written.
 """
 EPILOG = """\
 examples:
@@ -32,12 +33,13 @@ def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = _parser().parse_args(args)
     try:
+        made = [report for report in map(complete, options.runs) if report]
         runs = _runs(options.runs)
         write_page(options.out, runs)
     except (RecordError, RunError) as error:
         print(f"beside: {error}", file=sys.stderr)
         return REFUSED
-    print("\n".join([f"written to {options.out}", *(each.run.note for each in runs if each.run.note)]))
+    print("\n".join([*made, f"written to {options.out}", *(each.run.note for each in runs if each.run.note)]))
     return 0
 
 

@@ -96,7 +96,7 @@ def _missing(frames: Sequence[Frame], planner: Planning) -> list[str]:
         "what the planner compared": compared,
         "boundaries that it remembered": not remembers or any(frame.get("remembered") for frame in frames),
         "cost terms": any(frame.get("costs", {}).get("terms") for frame in frames),
-        "reasons of the controller": any(frame.get("doing", {}).get("activity") for frame in frames),
+        "reasons of the controller": any(frame.get("doing", {}).get("reason") for frame in frames),
         "health of the nodes": any(frame.get("nodes") for frame in frames),
     }
     missing = [words for words, is_known in known.items() if not is_known]
