@@ -19,7 +19,8 @@ import numpy as np
 
 from collplan_core.control import stuck
 from collplan_core.control.stuck import with_row
-from collplan_core.parameters import Mocap, Settings
+from collplan_core.jit import njit
+from collplan_core.parameters import Settings
 from collplan_core.sensing.motion_fit import DELAYS, LONGEST_DELAY, MASSES, STEP, misfits, ways
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_law
@@ -130,11 +131,12 @@ def restart(record: MotionRecord) -> MotionRecord:
 
 def add_pose(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
     """The record with a pose received at `local` [s]; `touching` where a wall is within reach of the ring."""
-    row = np.array([local, state.stamp, *state.velocity.tolist(), *state.position.tolist(), state.yaw], dtype=float)
+    row = np.array((local, state.stamp, *state.velocity.tolist(), *state.position.tolist(), state.yaw))
     since = local - float(record.motion[-1, 0]) if len(record.motion) else 0.0
     quickest = min(record.quickest + DRIFT * since, local - state.stamp)
-    record = replace(record, motion=with_row(record.motion, row, _KEPT, 0), quickest=quickest)
-    return ignore_until(record, local + SETTLE) if touching else record
+    free_since = max(record.free_since, local + SETTLE) if touching else record.free_since
+    motion = with_row(record.motion, row, _KEPT, 0)
+    return replace(record, motion=motion, free_since=free_since, quickest=quickest)
 
 
 def ignore_until(record: MotionRecord, until: float) -> MotionRecord:
@@ -146,7 +148,7 @@ def add_command(record: MotionRecord, velocity: np.ndarray, local: float) -> Mot
     """The record with a command: velocity (2,) [m/s, world frame], sent at `local` [s]."""
     if len(record.commands) and local - record.commands[-1, 0] > _OWN_STALL:
         record = restart(record)
-    row = np.array([local, *velocity.tolist()], dtype=float)
+    row = np.array((local, *velocity.tolist()))
     return replace(record, commands=with_row(record.commands, row, _KEPT, 0))
 
 
@@ -158,45 +160,58 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     if now - commands[-1, 0] > _OVERDUE / settings.controller.rate:
         record = ignore_until(record, now)
     limit = settings.limits.motion_delay
-    growth = _growth(record, now)
+    growth = _growth(motion, record.quickest, now)
     if growth > limit:
         return _late(growth, limit, "poses come later than they did, by"), record
     why_stuck = stuck.why_stuck(motion[:, [0, 4, 5]], commands, settings.robot.max_acceleration)
     if why_stuck:
         # what holds it unseen may push it aside as well
         return MotionVerdict(STUCK, record.delay, why_stuck), ignore_until(record, now + UNSEEN)
-    window = _window(record, now, settings.mocap)
-    if window is None:
+    begin, velocities = _window(motion, record.free_since, settings.mocap.velocity_window, now)
+    if len(velocities) == 0:
         return MotionVerdict(OK, record.delay), replace(record, advantage=0.0)
-    return _compared(record, *window, settings)
+    return _compared(record, begin, velocities, settings)
 
 
 def _late(delay: float, limit: float, what: str) -> MotionVerdict:
     return MotionVerdict(LATE, delay, f"{what} {delay:.2f} s, limit {limit:.2f} s")
 
 
-def _growth(record: MotionRecord, now: float) -> float:
+@njit
+def _growth(motion: np.ndarray, quickest: float, now: float) -> float:
     """Returns how much later than the quickest all poses of the last GROWTH_TIME came [s]; 0 for too few poses."""
-    recent = record.motion[record.motion[:, 0] > now - GROWTH_TIME]
+    n, first, least = len(motion), len(motion), math.inf
+    while first > 0 and motion[first - 1, 0] > now - GROWTH_TIME:
+        first -= 1
+        least = min(least, motion[first, 0] - motion[first, 1])
     # messages that waited in a queue arrive all at once
-    if len(recent) < _OFTEN or recent[-1, 0] - recent[0, 0] < 0.6 * GROWTH_TIME:
+    if n - first < _OFTEN or motion[n - 1, 0] - motion[first, 0] < 0.6 * GROWTH_TIME:
         return 0.0
-    return float((recent[:, 0] - recent[:, 1]).min() - record.quickest)
+    return least - quickest
 
 
-def _window(record: MotionRecord, now: float, mocap: Mocap) -> tuple[float, np.ndarray] | None:
-    """Begin [s] and measured velocities (n, 2), STEP apart; None where too little can be judged."""
-    motion = record.motion
+@njit
+def _window(motion: np.ndarray, free_since: float, velocity_window: float, now: float) -> tuple[float, np.ndarray]:
+    """Begin [s] and measured velocities (n, 2), STEP apart; none where too little can be judged."""
     offset = (motion[:, 0] - motion[:, 1]).min()
-    times = motion[:, 1] + offset - 0.5 * mocap.velocity_window
+    times = motion[:, 1] + offset - 0.5 * velocity_window
     end = times[-1]
-    begin = max(end - WINDOW, record.free_since, times[0])
-    n = int((end - begin) / STEP + 1e-6) + 1
+    n = int((end - max(end - WINDOW, free_since, times[0])) / STEP + 1e-6) + 1
     if (n - 1) * STEP < SHORTEST_WINDOW or now - end > 0.2:
-        return None
-    begin = end - (n - 1) * STEP
-    grid = begin + np.arange(n) * STEP
-    return float(begin), np.column_stack([np.interp(grid, times, motion[:, axis]) for axis in (2, 3)])
+        return end, np.zeros((0, 2))
+    begin, last = end - (n - 1) * STEP, len(times) - 1
+    velocities, i = np.empty((n, 2)), 0
+    for k in range(n):
+        time = begin + k * STEP
+        while i < last and times[i + 1] <= time:
+            i += 1
+        for c in range(2):
+            before = motion[i, 2 + c]
+            velocities[k, c] = before
+            if i < last and time > times[i]:
+                slope = (motion[i + 1, 2 + c] - before) / (times[i + 1] - times[i])
+                velocities[k, c] = slope * (time - times[i]) + before
+    return begin, velocities
 
 
 def _compared(
@@ -214,7 +229,9 @@ def _compared(
     if plain.min() <= dead - FOLLOWING:
         record = _update_delay_costs(record, now)
     by_delay = now + record.learnt
-    in_time, too_late = limit + 1e-9 >= DELAYS, limit + 1.2 * STEP < DELAYS
+    # DELAYS rise: slices, which cost a fifth of masks
+    in_time = slice(int(DELAYS.searchsorted(limit + 1e-9, side="right")))
+    too_late = slice(int(DELAYS.searchsorted(limit + 1.2 * STEP, side="right")), None)
     normal = min(float(by_delay[in_time].min()), dead + FORCELESS)
     follows = float(plain[too_late].min()) < max(LATE_MISFIT, FOLLOWS * float(now[in_time].min()))
     is_clear = float(uncertain[in_time].min() - uncertain[too_late].min()) > LATE_ANYHOW

@@ -47,16 +47,16 @@ _TURNED = [
     for mass in (1.0, 2.0)
     for turn in _TURNS
 ]
-_OF_EVERY_HEADING = np.array([*_PLAIN, *_DEAD, *_TURNED])
+_MIRRORED = [(delay, 1.0, sign, sign, sign, sign) for delay in _QUICK_DELAYS for sign in (1.0, -1.0)]
+_SIGNED = np.array([*_PLAIN, *_DEAD, *_TURNED, *_MIRRORED])
+"""Rows of the ways, those of mirrored commands last, and without their matrix."""
 
 
 def ways(yaw: float) -> Ways:
     """All ways for a robot with this heading [rad], whose own x or y may be mirrored."""
-    c, s = math.cos(2.0 * yaw), math.sin(2.0 * yaw)
-    mirrored = [
-        (delay, 1.0, sign * c, sign * s, sign * s, -sign * c) for delay in _QUICK_DELAYS for sign in (1.0, -1.0)
-    ]
-    return Ways(np.concatenate([_OF_EVERY_HEADING, mirrored]), len(_PLAIN), len(_DEAD))
+    c, s, rows = math.cos(2.0 * yaw), math.sin(2.0 * yaw), _SIGNED.copy()
+    rows[-len(_MIRRORED) :, 2:] *= (c, s, s, -c)
+    return Ways(rows, len(_PLAIN), len(_DEAD))
 
 
 @njit
@@ -75,25 +75,32 @@ def misfits(
         rows: (n, 6) `Ways.rows`.
         max_acceleration, lag: those of robot.mass [m/s^2], [s].
     """
-    result, n = np.zeros((len(rows), 2)), len(velocities)
-    for j in range(len(rows)):
-        delay, mass = rows[j, 0], rows[j, 1]
-        law = VelocityLaw(max_acceleration / mass, lag * mass, STEP, math.exp(-STEP / (lag * mass)))
-        vx, vy = velocities[0, 0], velocities[0, 1]
-        newest, total, common_x, common_y = 0, 0.0, 0.0, 0.0
-        for k in range(1, n):
+    m, n = len(rows), len(velocities)
+    result, common, v, decays = np.zeros((m, 2)), np.zeros((m, 2)), np.empty((m, 2)), np.empty(m)
+    newest, accelerations, lags = np.zeros(m, np.int64), max_acceleration / rows[:, 1], lag * rows[:, 1]
+    for j in range(m):
+        v[j], decays[j] = velocities[0], math.exp(-STEP / lags[j])
+    for k in range(1, n):
+        # the ways in the inner loop, as a processor computes several at once that do not wait for each other
+        for j in range(m):
             # half a step of tolerance would be a delay; this is for sums of decimal times
-            time = begin + (k - 1) * STEP - delay + 1e-6
-            while newest + 1 < len(commands) and commands[newest + 1, 0] <= time:
-                newest += 1
+            time = begin + (k - 1) * STEP - rows[j, 0] + 1e-6
+            i = newest[j]
+            while i + 1 < len(commands) and commands[i + 1, 0] <= time:
+                i += 1
+            newest[j] = i
             ux, uy = 0.0, 0.0
-            if commands[newest, 0] <= time:
-                ux = rows[j, 2] * commands[newest, 1] + rows[j, 3] * commands[newest, 2]
-                uy = rows[j, 4] * commands[newest, 1] + rows[j, 5] * commands[newest, 2]
-            vx, vy = velocity_after_step(law, vx, vy, ux, uy)
+            if commands[i, 0] <= time:
+                ux = rows[j, 2] * commands[i, 1] + rows[j, 3] * commands[i, 2]
+                uy = rows[j, 4] * commands[i, 1] + rows[j, 5] * commands[i, 2]
+            law = VelocityLaw(accelerations[j], lags[j], STEP, decays[j])
+            vx, vy = velocity_after_step(law, v[j, 0], v[j, 1], ux, uy)
             error_x, error_y = vx - velocities[k, 0], vy - velocities[k, 1]
-            total += error_x * error_x + error_y * error_y
-            common_x, common_y = common_x + error_x, common_y + error_y
-        result[j, 0] = total * STEP
-        result[j, 1] = (total - (common_x * common_x + common_y * common_y) / n) * STEP
+            v[j, 0], v[j, 1] = vx, vy
+            result[j, 0] += error_x * error_x + error_y * error_y
+            common[j, 0] += error_x
+            common[j, 1] += error_y
+    for j in range(m):
+        total, (x, y) = result[j, 0], common[j]
+        result[j, 0], result[j, 1] = total * STEP, (total - (x * x + y * y) / n) * STEP
     return result
