@@ -11,7 +11,6 @@ FULL, TOO_MUCH = 0.93, 1.02
 """A change of velocity between these shares of what the wheels can make takes full acceleration throughout."""
 
 
-@njit
 def feed_forward(
     reference: Reference, now: float, period: float, wheels: VelocityLaw, bounds: VelocityBounds, lead: float
 ) -> tuple[float, float]:
@@ -24,6 +23,17 @@ def feed_forward(
     A period in which the reference turns, at a contact, belongs to its longer part. Something between both would brake
     before the contact and push back after it.
     """
+    ux, uy = _feed_forward(tuple(reference), now, period, tuple(wheels), tuple(bounds), lead)
+    return ux, uy
+
+
+@njit
+def _feed_forward(
+    reference_fields: tuple, now: float, period: float, wheels_fields: tuple, bounds_fields: tuple, lead: float
+) -> tuple[float, float]:
+    """The same with plain tuples, which cost a fifth of named ones to hand over."""
+    reference, wheels = Reference(*reference_fields), VelocityLaw(*wheels_fields)
+    bounds = VelocityBounds(*bounds_fields)
     times = reference.times
     n = len(times)
     ux, uy, longest = 0.0, 0.0, 0.0
