@@ -1,5 +1,6 @@
 """The drive of the robot: the one believed, the one learnt, and the one in use between them."""
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -76,13 +77,26 @@ def drive_of(robot: Robot) -> Drive:
     return Drive(robot.max_acceleration, robot.velocity_lag, robot.motion_delay)
 
 
+_MADE: deque[tuple[Settings, Drive, Settings]] = deque(maxlen=4)
+"""The newest settings of `with_drive`: planner and controller share them, and what is kept for settings by identity."""
+
+
 def with_drive(settings: Settings, drive: Sequence[float] | None) -> Settings:
-    """The settings of a robot that drives so; as they are without a drive."""
+    """The settings of a robot that drives so; as they are without a drive.
+
+    The same settings and drive, soon again, give the same object.
+    """
     if drive is None or tuple(drive) == drive_of(settings.robot):
         return settings
-    acceleration, lag, delay = drive
+    used = Drive(*drive)
+    for given, told, made in tuple(_MADE):
+        if given is settings and told == used:
+            return made
+    acceleration, lag, delay = used
     robot = replace(settings.robot, max_acceleration=acceleration, velocity_lag=lag, motion_delay=delay)
-    return replace(settings, robot=robot)
+    made = replace(settings, robot=robot)
+    _MADE.append((settings, used, made))
+    return made
 
 
 def drive_in_use(belief: Drive, learnt: LearntDrive, before: Drive) -> Drive:

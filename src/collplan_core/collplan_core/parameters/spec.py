@@ -5,7 +5,7 @@ The same field feeds validation, the ROS declaration and the documentation.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from difflib import get_close_matches
 from typing import Any, ClassVar
@@ -127,12 +127,20 @@ class Parameters:
             object.__setattr__(self, name, spec.checked(getattr(self, name)))
 
 
-def named_specs(group: type[Parameters]) -> Iterator[tuple[str, Spec]]:
+_SPECS: dict[type, tuple[tuple[str, Spec], ...]] = {}
+"""Results of `named_specs`: a group is made anew with each change of the drive."""
+
+
+def named_specs(group: type[Parameters]) -> tuple[tuple[str, Spec], ...]:
     """Field name and `Spec` of each parameter of a group, in the order they are written."""
-    for f in fields(group):
-        if f.default is MISSING:
-            raise TypeError(f"{group.__name__}.{f.name} has no default")
-        yield f.name, Spec(key=f"{group.group}.{f.name}", default=f.default, **f.metadata)
+    if group not in _SPECS:
+        for f in fields(group):
+            if f.default is MISSING:
+                raise TypeError(f"{group.__name__}.{f.name} has no default")
+        _SPECS[group] = tuple(
+            (f.name, Spec(f"{group.group}.{f.name}", default=f.default, **f.metadata)) for f in fields(group)
+        )
+    return _SPECS[group]
 
 
 def specs(group: type[Parameters]) -> tuple[Spec, ...]:
