@@ -130,7 +130,7 @@ class RunMonitor:
         self._limits = limits
         self._given = given
         self._begun: float | None = None
-        self._anchor: np.ndarray | None = None
+        self._anchor: list[float] | None = None
         self._anchored = given
         self._taken = False
 
@@ -155,15 +155,15 @@ class RunMonitor:
             stamp: time of the newest pose [s].
             position: position of the newest pose (2,) [m].
         """
-        limits = self._limits
+        limits, place = self._limits, position.tolist()
         if self._begun is None:
             return (
                 self._end(STUCK, f"no plan within {limits.timeout:g} s") if self._is_over(self._given, stamp) else None
             )
         if self._is_over(self._begun, stamp):
             return self._end(TIMEOUT, f"not there within {limits.timeout:g} s")
-        if self._anchor is None or self._taken or math.dist(position, self._anchor) >= limits.stuck_distance:
-            self._anchor, self._anchored = position, max(stamp, self._begun)
+        if self._anchor is None or self._taken or math.dist(place, self._anchor) >= limits.stuck_distance:
+            self._anchor, self._anchored = place, max(stamp, self._begun)
         if stamp - self._anchored >= limits.stuck_time:
             return self._end(STUCK, f"less than {limits.stuck_distance:g} m away within {limits.stuck_time:g} s")
         return None

@@ -74,7 +74,7 @@ class CurrentGoal:
 
     def is_at(self, position: np.ndarray, tolerance: float) -> bool:
         """Returns whether an active goal is within `tolerance` [m] of a position (2,) [m]."""
-        return self.active and math.dist(position, self.position) <= tolerance
+        return self.active and math.dist(position.tolist(), self.position.tolist()) <= tolerance
 
     def is_overdue(self, local: float, timeout: float) -> bool:
         """Returns whether the goal was not reached within `timeout` [s] by `local` [s, local clock]; never for 0."""

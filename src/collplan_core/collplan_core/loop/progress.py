@@ -23,12 +23,13 @@ class Progress:
     def begin_goal(self) -> None:
         """Starts anew, for another goal or after a break in the poses."""
         self.nearest, self.way = math.inf, 0.0
-        self._place: np.ndarray | None = None
+        self._place: list[float] | None = None
 
     def moved(self, position: np.ndarray, goal: np.ndarray, least: float) -> None:
         """Takes a position (2,) on the way to a goal (2,) [m]; nearer by less than `least` [m] is not nearer."""
-        distance = math.dist(position, goal)
+        place = position.tolist()
+        distance = math.dist(place, goal.tolist())
         if distance < self.nearest - least:
-            self.nearest, self.way, self._place = distance, 0.0, position
-        elif self._place is not None and (step := math.dist(position, self._place)) >= STEP:
-            self.way, self._place = self.way + step, position
+            self.nearest, self.way, self._place = distance, 0.0, place
+        elif self._place is not None and (step := math.dist(place, self._place)) >= STEP:
+            self.way, self._place = self.way + step, place
