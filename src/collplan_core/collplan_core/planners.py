@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -183,7 +184,13 @@ def deadlines(clock: Callable[[], float]) -> Callable[[Settings], Deadline]:
 
 def local_mapping_of(settings: Settings) -> LocalMapping:
     """Local-map parameters for the planner of the chosen strategy."""
-    return replace(settings.local_map, half_side=planner_for(settings.planner.strategy).half_side(settings))
+    return _with_half_side(settings.local_map, planner_for(settings.planner.strategy).half_side(settings))
+
+
+@lru_cache(maxsize=8)
+def _with_half_side(mapping: LocalMapping, half_side: float) -> LocalMapping:
+    """Kept, as it is asked for at each scan and plan, and checks all values anew."""
+    return replace(mapping, half_side=half_side)
 
 
 def first_memory(settings: Settings, world: World | None) -> Any:

@@ -8,6 +8,11 @@ from collplan_core.jit import njit
 
 TRIES = 4
 """Looks from beam to beam: a sensor that moves during its sweep is elsewhere at each."""
+WALK = 12
+"""Largest number of beams from a guess that are tried one by one."""
+TIE = 1e-9
+"""Least sine between a point and a beam beside it for a cross product to tell as the bearing does, whatever is rounded.
+"""
 
 
 @njit
@@ -58,3 +63,42 @@ def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: flo
             break
         k = nearest
     return place
+
+
+@njit
+def directions_of(beams: np.ndarray, first: float, step: float) -> np.ndarray:
+    """(n, 2) the directions of beams (n, 3) as in `place_towards`; (0, 2) where they differ in pose, or overlap.
+
+    They are turned on from beam to beam: what that rounds is far below TIE.
+    """
+    found, ahead = np.empty((len(beams), 2)), first + beams[0, 2]
+    if not 0.0 < step * (len(beams) - 1) < 2.0 * math.pi:
+        return found[:0]
+    x, y, c, s = math.cos(ahead), math.sin(ahead), math.cos(step), math.sin(step)
+    for i in range(len(beams)):
+        if not _is_same_pose(beams, i, 0):
+            return found[:0]
+        found[i, 0], found[i, 1] = x, y
+        x, y = c * x - s * y, s * x + c * y
+    return found
+
+
+@njit
+def last_before(directions: np.ndarray, guess: int, x: float, y: float) -> int:
+    """The last of the directions before a point, seen from their origin [m], by a walk from a guess on.
+
+    It takes no arc tangent. -1 where the point is near to a direction, far from the guess or beyond the last one:
+    `place_towards` tells there.
+    """
+    k, tie = guess, TIE * (abs(x) + abs(y))
+    for _ in range(WALK):
+        if not 0 <= k < len(directions) - 1 or directions[k, 0] * x + directions[k, 1] * y <= 0.0:
+            return -1
+        past = directions[k, 0] * y - directions[k, 1] * x
+        beyond = directions[k + 1, 0] * y - directions[k + 1, 1] * x
+        if past > tie and beyond < -tie:
+            return k
+        if abs(past) <= tie or abs(beyond) <= tie:
+            return -1
+        k += 1 if past > 0.0 else -1
+    return -1

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collplan_core.local_map.seen import SeenSurfaces
-from collplan_core.movers.record import MOVES, NEW, NO_MOVERS, STANDS, Movers, SortedReturns
+from collplan_core.movers.record import ALL_STANDS, MOVES, NEW, NO_MOVERS, STANDS, Movers, SortedReturns
 from collplan_core.movers.tracks import (
     CONFIRMED,
     GROWTH_OF_FEW,
@@ -72,6 +72,10 @@ def find_movers(
     looked = view.is_hit & (away < FARTHEST)
     moved, stands = _compared(memory.views, view, looked, finding)
     kinds = np.where(stands, STANDS, NEW)
+    kept = tuple(each for each in memory.views if 0.0 < seen.stamp - each.stamp <= AGES[-1] + 0.2)
+    if not memory.tracks and not moved.any():
+        nothing = SortedReturns(kinds, _movers([], seen.stamp, finding), ALL_STANDS.swept, ALL_STANDS.trails)
+        return nothing, MoverMemory((*kept, view), (), memory.number)
     if moved.sum() <= MOST_MOVING * view.vouches.sum():
         kinds[moved | (looked & ~stands & _on_tracks(memory.tracks, view))] = MOVES
     groups = [each for each in _clusters(np.flatnonzero(kinds == MOVES), view) if len(each) >= FEWEST]
@@ -86,7 +90,6 @@ def find_movers(
     tracks = tuple(each for each in tracks if _is_expected(each, newest, finding))
     known = [track for track in tracks if track.sights >= CONFIRMED]
     swept = _swept(known)
-    kept = tuple(each for each in memory.views if 0.0 < seen.stamp - each.stamp <= AGES[-1] + 0.2)
     if any(track.sights in LOOKED_BACK and track.last_seen == seen.stamp for track in known):
         kept = tuple(without_surfaces(each, swept) for each in kept)
     returns = SortedReturns(kinds, _movers(known, seen.stamp, finding), swept, _trails(known))
@@ -102,19 +105,19 @@ def _compared(
         stands |= looked
     for earlier in _of_ages(views, view.stamp, (*AGES, finding.standing_time)):
         old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
-        unsure = ~stands if old else np.zeros(len(looked), bool)
-        free, surface = look_at_each(earlier, view.hits, looked & ~moved, unsure, finding.margin, IN_PLACE)
-        moved |= free
-        stands |= surface
+        in_place = IN_PLACE if old else 0.0
+        moved, stands = look_at_each(earlier, view.hits, looked, moved, stands, finding.margin, in_place)
     return moved, stands & ~moved
 
 
 def _of_ages(views: tuple[View, ...], stamp: float, wanted: tuple[float, ...]) -> list[View]:
-    """The views whose ages are nearest to those wanted [s], none twice."""
-    if not views:
-        return []
-    ages = stamp - np.array([each.stamp for each in views])
-    nearest = {int(np.argmin(np.abs(ages - age))) for age in wanted if age < ages[0] + 0.03}
+    """The views, the oldest first, whose ages are nearest to those wanted [s], none twice; of two as near the older."""
+    ages, nearest, i = [stamp - each.stamp for each in views], set[int](), len(views) - 1
+    for age in sorted(wanted) if views else ():
+        if age < ages[0] + 0.03:
+            while i > 0 and abs(ages[i - 1] - age) <= abs(ages[i] - age):
+                i -= 1
+            nearest.add(i)
     return [views[i] for i in sorted(nearest)]
 
 

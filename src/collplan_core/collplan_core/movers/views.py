@@ -10,7 +10,7 @@ from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.local_map.surfaces import HIT, OPEN
 from collplan_core.plane import nearest_on_segment
 from collplan_core.scan import Scan
-from collplan_core.sight_lines import place_towards
+from collplan_core.sight_lines import directions_of, last_before, place_towards
 
 OPEN_RUN = 10
 """Number of neighbouring beams without a hit from which on they count as free: a few may be lost ones."""
@@ -18,6 +18,8 @@ FARTHEST_FREE = 4.0
 """They vouch for so much at most [m]."""
 SIGMAS = 3.0
 """Deviations of the ranges' noise by which a return must lie within free space."""
+SURE = 1e-9
+"""Distances that only leave out edges too far away are wider by this than rounding can make them [m]."""
 
 
 class View(NamedTuple):
@@ -35,6 +37,10 @@ class View(NamedTuple):
         first: bearing of the first beam; step: angle from beam to beam [rad].
         closed: whether the first beam follows the last one; not of a sweep, as the sensor has moved on.
         noise: standard deviation of a range [m].
+        directions: (n, 2) of the beams, or (0, 2), of `directions_of`.
+        edges: (n, 9) of the edge from hit i to the next one, the sensor's place after the last where it does not close:
+            x, y of both ends, x, y of the sensor at beam i, distance of the farther end from there, and at least and
+            at most its distance from the sensor at the first beam [m].
     """
 
     stamp: float
@@ -47,19 +53,25 @@ class View(NamedTuple):
     step: float
     closed: bool
     noise: float
+    directions: np.ndarray
+    edges: np.ndarray
 
 
 def view_of(scan: Scan, noise: float, seen: SeenSurfaces, position: np.ndarray) -> View:
     """The view of a scan, from it and its noise [m], its surfaces, and the robot's position (2,) at its stamp [m]."""
     n, swept = len(seen.kind), len(seen.origins) > 0 and bool(np.ptp(seen.origins[:, :2], axis=0).any())
     beams = (seen.origins if len(seen.origins) else np.zeros((n, 3))) + np.array([*position, 0.0])
-    is_hit, is_open = seen.kind == HIT, _of_a_run(seen.kind == OPEN, OPEN_RUN) & np.isfinite(scan.range_max)
-    bearings = seen.sweep.first + seen.sweep.step * np.arange(n) + beams[:, 2]
-    far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)[:, None]
-    ends = beams[:, :2] + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
-    hits = np.where(is_hit[:, None], seen.hits + position, ends)
+    is_hit, is_open, ends = seen.kind == HIT, seen.kind == OPEN, beams[:, :2]
     closed, (first, step) = seen.sweep.closed and not swept, seen.sweep[:2]
-    return View(seen.stamp, hits, is_hit | is_open, is_hit, seen.joined, beams, first, step, closed, noise)
+    if is_open.any():
+        is_open = _of_a_run(is_open, OPEN_RUN) & np.isfinite(scan.range_max)
+        bearings = first + step * np.arange(n) + beams[:, 2]
+        far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)[:, None]
+        ends = ends + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    hits = np.where(is_hit[:, None], seen.hits + position, ends)
+    directions, edges = directions_of(beams, first, step), _edges_of(hits, beams, closed)
+    vouches = is_hit | is_open
+    return View(seen.stamp, hits, vouches, is_hit, seen.joined, beams, first, step, closed, noise, directions, edges)
 
 
 def _of_a_run(which: np.ndarray, shortest: int) -> np.ndarray:
@@ -72,71 +84,69 @@ def _of_a_run(which: np.ndarray, shortest: int) -> np.ndarray:
 
 
 @njit
-def _corner(view: View, i: int) -> tuple[float, float]:
-    """Corner i of the polygon; the sensor's place beyond the ends of one that does not close."""
-    n = len(view.hits)
-    if view.closed:
-        i = i + n if i < 0 else (i - n if i >= n else i)
-    elif i < 0 or i >= n:
-        k = 0 if i < 0 else n - 1
-        return view.beams[k, 0], view.beams[k, 1]
-    return view.hits[i, 0], view.hits[i, 1]
+def _edges_of(hits: np.ndarray, beams: np.ndarray, closed: bool) -> np.ndarray:
+    """(n, 9) `edges` of a view."""
+    n, x, y = len(hits), beams[0, 0], beams[0, 1]
+    edges = np.empty((n, 9))
+    for i in range(n):
+        ax, ay, bx, by = hits[i, 0], hits[i, 1], beams[i, 0], beams[i, 1]
+        edges[i, 0], edges[i, 1], edges[i, 4], edges[i, 5] = ax, ay, bx, by
+        if closed or i + 1 < n:
+            bx, by = hits[(i + 1) % n, 0], hits[(i + 1) % n, 1]
+        edges[i, 2], edges[i, 3] = bx, by
+        edges[i, 6] = max(
+            math.hypot(ax - beams[i, 0], ay - beams[i, 1]), math.hypot(bx - beams[i, 0], by - beams[i, 1])
+        )
+        nx, ny = nearest_on_segment(ax, ay, bx, by, x, y)
+        edges[i, 7] = math.sqrt((nx - x) ** 2 + (ny - y) ** 2) - SURE
+        edges[i, 8] = math.sqrt(max((ax - x) ** 2 + (ay - y) ** 2, (bx - x) ** 2 + (by - y) ** 2)) + SURE
+    return edges
 
 
 @njit
-def _is_near_edge(view: View, i: int, x: float, y: float, distance: float) -> bool:
-    """Returns whether a point is nearer than a distance [m] to the edge from corner i to the next one."""
-    (ax, ay), (bx, by) = _corner(view, i), _corner(view, i + 1)
-    nx, ny = nearest_on_segment(ax, ay, bx, by, x, y)
+def _is_near(edges: np.ndarray, i: int, x: float, y: float, distance: float) -> bool:
+    """Returns whether a point is nearer than a distance [m] to edge i."""
+    nx, ny = nearest_on_segment(edges[i, 0], edges[i, 1], edges[i, 2], edges[i, 3], x, y)
     return (x - nx) * (x - nx) + (y - ny) * (y - ny) < distance * distance
 
 
 @njit
-def _beams_around(view: View, away: float, distance: float) -> int:
-    """Number of beams to each side within a distance of a point, which is so far `away` [m]."""
-    n = len(view.hits)
-    return n // 2 if distance >= away else min(n // 2, int(math.asin(distance / away) / view.step) + 2)
+def _beams_around(n: int, step: float, away: float, distance: float) -> int:
+    """Number of beams of n to each side within a distance of a point, which is so far `away` [m]."""
+    return n // 2 if distance >= away else min(n // 2, int(math.asin(distance / away) / step) + 2)
 
 
 @njit
-def _beam_before(view: View, x: float, y: float) -> int:
+def _beam_before(beams: np.ndarray, first: float, step: float, closed: bool, x: float, y: float) -> int:
     """The last beam before a point, or -1 where none and its successor enclose it, as at the seam of a sweep."""
-    n = len(view.hits)
-    place = int(place_towards(x, y, view.beams, view.first, view.step, n // 2))
-    if place >= n or (place == n - 1 and not view.closed):
+    n = len(beams)
+    place = int(place_towards(x, y, beams, first, step, n // 2))
+    if place >= n or (place == n - 1 and not closed):
         return -1
-    bearing = math.atan2(y - view.beams[place, 1], x - view.beams[place, 0]) - view.beams[place, 2]
-    off = bearing - view.first - place * view.step
+    bearing = math.atan2(y - beams[place, 1], x - beams[place, 0]) - beams[place, 2]
+    off = bearing - first - place * step
     off -= 2.0 * math.pi * round(off / (2.0 * math.pi))
     # of a sweep the two beams have places of their own
-    return place if -view.step < off < 2.0 * view.step else -1
+    return place if -step < off < 2.0 * step else -1
 
 
 @njit
-def _is_free(view: View, place: int, x: float, y: float, margin: float) -> bool:
+def _is_inside(edges: np.ndarray, step: float, closed: bool, place: int, x: float, y: float, margin: float) -> bool:
     """Returns whether a point between a beam and the next lies in the polygon, farther than a margin from its edges.
 
-    The margin grows by the noise of ranges, and by the spacing of this view's beams at the point: a tip that stands
-    hides between two of them. The depth counts from every edge: what comes into view behind a tip lies outside of the
-    polygon, and what is near the edge of its shadow is within the margin.
+    The depth counts from every edge: what comes into view behind a tip lies outside of the polygon, and what is near
+    the edge of its shadow is within the margin.
     """
-    n = len(view.hits)
-    if not (view.vouches[place] and view.vouches[(place + 1) % n]):
+    n, away = len(edges), math.hypot(x - edges[place, 4], y - edges[place, 5])
+    ax, ay, bx, by = edges[place, 0], edges[place, 1], edges[place, 2], edges[place, 3]
+    if edges[place, 6] - away < margin or (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0:
         return False
-    away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
-    margin += SIGMAS * view.noise + view.step * away
-    (ax, ay), (bx, by) = _corner(view, place), _corner(view, place + 1)
-    farther = max(
-        math.hypot(ax - view.beams[place, 0], ay - view.beams[place, 1]),
-        math.hypot(bx - view.beams[place, 0], by - view.beams[place, 1]),
-    )
-    if farther - away < margin or (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0:
+    width = _beams_around(n, step, away, margin)
+    if not closed and not width <= place < n - width:
         return False
-    width = _beams_around(view, away, margin)
-    if not view.closed and not width <= place < n - width:
-        return False
-    for k in range(2 * width + 1):  # noqa: SIM110 (numba has no generators)
-        if _is_near_edge(view, place + _from_the_middle(k), x, y, margin):
+    for k in range(2 * width + 1):
+        i = place + _from_the_middle(k)
+        if _is_near(edges, i if i < n else i - n, x, y, margin):
             return False
     return True
 
@@ -148,48 +158,80 @@ def _from_the_middle(k: int) -> int:
 
 
 @njit
-def _is_on_surface(view: View, place: int, x: float, y: float, in_place: float) -> bool:
+def _is_on_surface(
+    edges: np.ndarray, stands: np.ndarray, step: float, closed: bool, place: int, x: float, y: float, in_place: float
+) -> bool:
     """Returns whether a point between a beam and the next lies on a surface that stands."""
-    n = len(view.hits)
-    away = math.hypot(x - view.beams[place, 0], y - view.beams[place, 1])
-    width = _beams_around(view, away, in_place)
-    for k in range(2 * width + 1):
+    if stands[place] and _is_near(edges, place, x, y, in_place):
+        return True
+    n, away = len(edges), math.hypot(x - edges[place, 4], y - edges[place, 5])
+    from_first = math.sqrt((x - edges[0, 4]) ** 2 + (y - edges[0, 5]) ** 2)
+    for k in range(1, 2 * _beams_around(n, step, away, in_place) + 1):
         i = place + _from_the_middle(k)
-        if (view.closed or 0 <= i < n) and view.stands[i % n] and _is_near_edge(view, i, x, y, in_place):
+        if not closed and not 0 <= i < n:
+            continue
+        # below 0 counts from the end by itself
+        i = i if i < n else i - n
+        may_be = stands[i] and edges[i, 7] < from_first + in_place and from_first - in_place < edges[i, 8]
+        if may_be and _is_near(edges, i, x, y, in_place):
             return True
     return False
 
 
 @njit
-def saw_free(view: View, x: float, y: float, margin: float) -> bool:
-    """Returns whether a view saw a point as free, deeper than a margin [m], which grows as in `_is_free`."""
-    place = _beam_before(view, x, y)
-    return place >= 0 and _is_free(view, place, x, y, margin)
-
-
-@njit
 def look_at_each(
-    view: View, hits: np.ndarray, looked: np.ndarray, unsure: np.ndarray, margin: float, in_place: float
+    view: View,
+    hits: np.ndarray,
+    looked: np.ndarray,
+    moved: np.ndarray,
+    stands: np.ndarray,
+    margin: float,
+    in_place: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Looks at the returns of a later scan.
 
+    The margin grows by the noise of ranges, and by the spacing of this view's beams at the point: a tip that stands
+    hides between two of them.
+
     Args:
         hits: (n, 2) points met [m]; `looked` (n,) which of them are looked at.
-        unsure: (n,) for which of them a surface in the same place is looked for.
-        margin: of `saw_free` [m]; `in_place`: largest distance from a surface that is the same place [m].
+        moved, stands: (n,) what other views have told of them; one that has moved is not looked at again.
+        margin: depth in the polygon from which on a return was seen free [m].
+        in_place: largest distance from a surface that is the same place [m]; with 0 none is looked for.
 
     Returns:
-        (n,) whether it was seen free there, and (n,) whether a surface that stands was.
+        `moved` with those seen free there, and `stands` with those where a surface that stands was.
     """
-    free, surface = np.zeros(len(hits), np.bool_), np.zeros(len(hits), np.bool_)
+    # handed on one by one: a record that inner functions take has the references to its arrays counted at each call
+    edges, vouches, surfaces, beams, directions = view.edges, view.vouches, view.stands, view.beams, view.directions
+    first, step, closed, blur = view.first, view.step, view.closed, SIGMAS * view.noise
+    moved, stands, n, place = moved.copy(), stands.copy(), len(edges), 0
     for i in range(len(hits)):
-        place = _beam_before(view, hits[i, 0], hits[i, 1]) if looked[i] else -1
-        if place < 0:
+        if not looked[i] or moved[i]:
             continue
         x, y = hits[i, 0], hits[i, 1]
-        free[i] = _is_free(view, place, x, y, margin)
-        surface[i] = unsure[i] and _is_on_surface(view, place, x, y, in_place)
-    return free, surface
+        place = last_before(directions, place, x - beams[0, 0], y - beams[0, 1])
+        if place < 0:
+            place = _beam_before(beams, first, step, closed, x, y)
+        if place < 0:
+            continue
+        dx, dy = x - beams[place, 0], y - beams[place, 1]
+        # nearly all are on the polygon, which a root tells in less time than `_is_inside`
+        if edges[place, 6] - math.sqrt(dx * dx + dy * dy) > margin - SURE:
+            moved[i] = (
+                vouches[place]
+                and vouches[place + 1 if place + 1 < n else 0]
+                and _is_inside(edges, step, closed, place, x, y, margin + (blur + step * math.hypot(dx, dy)))
+            )
+        if in_place > 0.0 and not stands[i]:
+            stands[i] = _is_on_surface(edges, surfaces, step, closed, place, x, y, in_place)
+    return moved, stands
+
+
+def saw_free(view: View, x: float, y: float, margin: float) -> bool:
+    """Returns whether a view saw a point as free, deeper than a margin [m], which grows as in `look_at_each`."""
+    one, none = np.ones(1, bool), np.zeros(1, bool)
+    return bool(look_at_each(view, np.array([[x, y]]), one, none, none, margin, 0.0)[0][0])
 
 
 def without_surfaces(view: View, discs: np.ndarray) -> View:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from difflib import get_close_matches
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -127,20 +128,13 @@ class Parameters:
             object.__setattr__(self, name, spec.checked(getattr(self, name)))
 
 
-_SPECS: dict[type, tuple[tuple[str, Spec], ...]] = {}
-"""Results of `named_specs`: a group is made anew with each change of the drive."""
-
-
+@cache  # a group is made anew with each change of the drive
 def named_specs(group: type[Parameters]) -> tuple[tuple[str, Spec], ...]:
     """Field name and `Spec` of each parameter of a group, in the order they are written."""
-    if group not in _SPECS:
-        for f in fields(group):
-            if f.default is MISSING:
-                raise TypeError(f"{group.__name__}.{f.name} has no default")
-        _SPECS[group] = tuple(
-            (f.name, Spec(f"{group.group}.{f.name}", default=f.default, **f.metadata)) for f in fields(group)
-        )
-    return _SPECS[group]
+    for f in fields(group):
+        if f.default is MISSING:
+            raise TypeError(f"{group.__name__}.{f.name} has no default")
+    return tuple((f.name, Spec(f"{group.group}.{f.name}", default=f.default, **f.metadata)) for f in fields(group))
 
 
 def specs(group: type[Parameters]) -> tuple[Spec, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.scan import Scan
 from collplan_core.sensing.seen_walls import NEAR
-from collplan_core.sight_lines import is_full_turn, place_towards, repeats_first
+from collplan_core.sight_lines import directions_of, is_full_turn, last_before, place_towards, repeats_first
 
 FEWEST = 40
 """Smallest number of triples of neighbouring beams for an estimate."""
@@ -96,16 +96,35 @@ def _beam_towards(x: float, y: float, beams: np.ndarray, first: float, step: flo
 
 
 @njit
-def _nearest_range(ranges: np.ndarray, k: int, w: int, closed: bool) -> float:
-    """The least range within w beams of beam k [m]; inf where none of them measured anything."""
-    n = len(ranges)
-    least = math.inf
-    for i in range(k - w, k + w + 1):
+def _least_of_runs(ranges: np.ndarray, closed: bool) -> np.ndarray:
+    """(l, n + 2 (n // 8)) the least range in each run of 1, 2, 4, ... beams, from beam -(n // 8) on [m].
+
+    inf where none of them measured anything, as beyond the ends of a scan that is not closed.
+    """
+    n, beside = len(ranges), len(ranges) // 8
+    levels, length = 1, n + 2 * beside
+    while 2**levels <= 2 * beside + 1:
+        levels += 1
+    least = np.full((levels, length), math.inf)
+    for i in range(length):
         # below 0 counts from the end by itself
-        r = ranges[i if i < n else i - n]
-        if (closed or 0 <= i < n) and r < least:
-            least = r
+        k = i - beside if i - beside < n else i - beside - n
+        if (closed or 0 <= i - beside < n) and ranges[k] < math.inf:
+            least[0, i] = ranges[k]
+    for level in range(1, levels):
+        half = 2 ** (level - 1)
+        for i in range(length - 2 * half + 1):
+            least[level, i] = min(least[level - 1, i], least[level - 1, i + half])
     return least
+
+
+@njit
+def _nearest_range(least: np.ndarray, begin: int, count: int) -> float:
+    """The least range of so many beams by `_least_of_runs` [m]: two of its runs cover them."""
+    level, run = 0, 1
+    while 2 * run <= count:
+        level, run = level + 1, 2 * run
+    return min(least[level, begin], least[level, begin + count - run])
 
 
 @njit
@@ -141,11 +160,15 @@ def scan_consistency(
     closed = is_full_turn(n, step)
     speed = math.hypot(velocity[0], velocity[1])
     expected, missing, expected_ahead, missing_ahead, n_delays = 0, 0, 0, 0, 0
+    # between beams k and k + 1 the one nearest to a wall changes
+    changes, least, k = directions_of(beams, first + 0.5 * step, step)[:-1], _least_of_runs(ranges, closed), 0
     delays = np.empty(len(walls))
     towards_missing = np.zeros(n, dtype=np.bool_)
     for j in range(len(walls)):
         x, y, normal_x, normal_y = walls[j, 0], walls[j, 1], walls[j, 2], walls[j, 3]
-        k = _beam_towards(x, y, beams, first, step)
+        k = 1 + last_before(changes, k - 1, x - beams[0, 0], y - beams[0, 1])
+        if k == 0:
+            k = _beam_towards(x, y, beams, first, step)
         if k < 0 or masked[k]:
             continue
         dx, dy = x - beams[k, 0], y - beams[k, 1]
@@ -160,7 +183,7 @@ def scan_consistency(
                 delays[n_delays] = beyond / closing
                 n_delays += 1
         w = int(min(math.ceil((SIDEWAYS / distance + TURNED) / abs(step)), n // 8))
-        nearest = _nearest_range(ranges, k, w, closed)
+        nearest = _nearest_range(least, n // 8 + k - w, 2 * w + 1)
         if nearest < distance - GAP:
             continue
         gone = nearest > distance + GAP
