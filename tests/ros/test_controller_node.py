@@ -134,7 +134,6 @@ def test_a_trajectory_is_followed_before_the_path_of_its_stamp_which_may_be_lost
     bench.publish(Path, "plan", plan_to_path(plan, "map"), NEWEST)
     ros.spin(1.5)  # more than limits.plan_age
     assert ros.wait_until(bench.moves), bench.states
-    assert any("bounces" in state.message for state in bench.states)
 
 
 def not_a_number(path):

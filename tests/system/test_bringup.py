@@ -42,12 +42,12 @@ def killed_run(folder: Path) -> Path:
 
 def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
     earlier = killed_run(tmp_path / "runs" / "2000-01-01_00-00-00")
+    left = earlier.read_bytes()
     with Run(tmp_path / "runs", "--seed", "3") as run:
         assert run.end() == 0, run.text
     assert nodes_of(run.out) == {}
     assert {entry.name for entry in (run.out / "latest").iterdir()} == FILES
-    assert f"{earlier}: had no end; completed" in run.text
-    assert description(earlier, "run") == {"goal": "1.0 2.0"}
+    assert earlier.read_bytes() == left  # beside or replay completes it
     summary = run.summary()
     assert summary.keys() >= KEYS
     assert summary.items() >= {"reached": True, "world": "corridor", "strategy": "harness", "seed": 3}.items()
