@@ -27,10 +27,10 @@ moves a score."""
 DEEPEST, FORGET, IDLE = 60.0, 20.0, 1e-3
 """Most by which a score is behind, so that another floor is seen within seconds; driving time in which scores fade to
 1/e [s]; poses that tell the models apart by less are no driving."""
-BEHIND, EXPECTED, ROUSED, LONGEST = 20.0, 1.5, 10.0, 25.0
+BEHIND, EXPECTED, ROUSED, LONGEST = 20.0, 1.25, 8.0, 25.0
 """Score behind the best at which a model sleeps, until the best is surprised: half the square of its error that is no
-surprise, sum of surprises above which all are awake, and largest sum. It falls by half a unit a mean of poses where
-the best is right, so that all are awake for 0.6 s at least after a change of the drive."""
+surprise, sum of surprises above which all are awake, and largest sum. Where the best is right, the sum falls by a
+quarter a mean of poses: after a change of the drive all are awake for more than a second."""
 NOISE_POSES, MISFIT_POSES = 150.0, 50.0
 """Poses over which their noise is averaged, and means of them over which the misfit is."""
 SPREADS = (0.45, 0.8, 0.03)
