@@ -34,7 +34,7 @@ class Bank(NamedTuple):
         delays: (d,) [s]; accelerations: (n,) [m/s^2]; lags: (k,) [s].
         means: (d n k, 4) [m], [m/s]; covariances: (d n k, 4, 4).
         scores, prior: (d n k,) logarithms of posterior and prior, the best score being 0.
-        told: (d n k,) logarithm of the likelihood of the newest position, of the models awake.
+        told: (d n k,) logarithm of the likelihood of the newest position; of a model asleep that of the best.
         awake: (d n k,) bool.
     """
 
@@ -129,15 +129,13 @@ def _advance(
 
 
 @njit
-def judge(bank: Bank, x: float, y: float, variance: float, best: int) -> tuple[float, float, float]:
+def judge(bank: Bank, x: float, y: float, variance: float, best: int) -> tuple[float, float]:
     """Fills what a position [m] with a variance by axis [m^2] tells.
 
     Returns:
-        square of its distance from what a model `best` foresaw, in standard deviations, the smallest of all, and by
-        how much it tells models apart.
+        square of its distance from what a model `best` foresaw, in standard deviations, and the smallest of all.
     """
-    of_best = least = low = math.inf
-    top = -math.inf
+    of_best = least = math.inf
     for m in np.flatnonzero(bank.awake):
         p = bank.covariances[m]
         xx, xy, yy = p[0, 0] + variance, p[0, 1], p[1, 1] + variance
@@ -145,8 +143,8 @@ def judge(bank: Bank, x: float, y: float, variance: float, best: int) -> tuple[f
         square = (yy * ox * ox - 2.0 * xy * ox * oy + xx * oy * oy) / determinant
         bank.told[m] = -0.5 * (square + math.log(determinant))
         of_best, least = square if m == best else of_best, min(least, square)
-        low, top = min(low, bank.told[m]), max(top, bank.told[m])
-    return of_best, least, top - low
+    bank.told[~bank.awake] = bank.told[best]
+    return of_best, least
 
 
 @njit
@@ -177,11 +175,10 @@ def learn(bank: Bank, kept: float, worth: float, most: float, deepest: float) ->
         deepest: most by which a score is behind the best, but for neighbours in acceleration: between them it is read
             off.
     """
-    scores, prior, told, awake = bank.scores, bank.prior, bank.told, bank.awake
-    of_best, top, k, n = told[scores.argmax()], told[awake].max(), len(bank.lags), len(bank.accelerations)
+    scores, prior, told = bank.scores, bank.prior, bank.told
+    top, k, n = told.max(), len(bank.lags), len(bank.accelerations)
     for m in range(len(scores)):
-        tells = told[m] if awake[m] else of_best
-        scores[m] = prior[m] + kept * (scores[m] - prior[m]) + worth * max(tells - top, -most)
+        scores[m] = prior[m] + kept * (scores[m] - prior[m]) + worth * max(told[m] - top, -most)
     best = int(scores.argmax())
     scores -= scores[best]
     for row in range(0, len(scores), k):
@@ -196,14 +193,11 @@ def wake(bank: Bank, best: int, behind: float) -> None:
 
     Beside it in acceleration those wake that are near the best there: between them it is read off.
     """
-    k, n, m = len(bank.lags), len(bank.accelerations), 0
-    tops = np.array([bank.scores.reshape((-1, n, k))[:, a].max() for a in range(n)])
-    for _ in bank.delays:
-        for a in range(n):
-            top = tops[a] if abs(a - best // k % n) <= 1 else 0.0
-            for _ in range(k):
-                near = top - bank.scores[m] < (behind if bank.awake[m] else BACK * behind)
-                if near and not bank.awake[m]:
-                    bank.means[m], bank.covariances[m] = bank.means[best], bank.covariances[best]
-                bank.awake[m] = near
-                m += 1
+    k, n, gaps = len(bank.lags), len(bank.accelerations), -bank.scores
+    by_acceleration, at = gaps.reshape((-1, n, k)), best // k % n
+    for a in range(max(at - 1, 0), min(at + 2, n)):
+        by_acceleration[:, a] -= by_acceleration[:, a].min()
+    near = gaps < np.where(bank.awake, behind, BACK * behind)
+    for m in np.flatnonzero(near & ~bank.awake):
+        bank.means[m], bank.covariances[m] = bank.means[best], bank.covariances[best]
+    bank.awake[:] = near

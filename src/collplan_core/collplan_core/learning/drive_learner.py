@@ -27,10 +27,9 @@ moves a score."""
 DEEPEST, FORGET, IDLE = 60.0, 20.0, 1e-3
 """Most by which a score is behind, so that another floor is seen within seconds; driving time in which scores fade to
 1/e [s]; poses that tell the models apart by less are no driving."""
-BEHIND, EXPECTED, ROUSED, LONGEST = 20.0, 1.25, 8.0, 25.0
-"""Score behind the best at which a model sleeps, until the best is surprised: half the square of its error that is no
-surprise, sum of surprises above which all are awake, and largest sum. Where the best is right, the sum falls by a
-quarter a mean of poses: after a change of the drive all are awake for more than a second."""
+BEHIND, ROUSED = 25.0, 1.25
+"""Score behind the best at which a model sleeps, and the misfit from which on all are awake: the drive has changed, or
+none is right."""
 NOISE_POSES, MISFIT_POSES = 150.0, 50.0
 """Poses over which their noise is averaged, and means of them over which the misfit is."""
 SPREADS = (0.45, 0.8, 0.03)
@@ -83,7 +82,7 @@ class DriveLearner:
         self._waiting: deque[_Pose] = deque()
         self._recent: deque[_Pose] = deque(maxlen=4)
         self._newest, self._blocked = -math.inf, -math.inf
-        self._variance, self._misfit, self._surprise = pose_noise**2, 1.0, 0.0
+        self._variance, self._misfit = pose_noise**2, 1.0
         self._end_stretch()
 
     def take_command(self, velocity: np.ndarray, now: float) -> None:
@@ -138,10 +137,7 @@ class DriveLearner:
         """Compares the models, from `begin` on [s], by a mean of poses, of that variance by axis [m^2]."""
         self._at = pose.stamp
         foresee(self._bank, self._commands, begin, pose.stamp, pose.yaw)
-        square, least, apart = judge(self._bank, pose.x, pose.y, variance, self._best)
-        worth = 1.0 / max(1.0, self._misfit)
-        surprise = self._surprise + min(0.5 * worth * square - EXPECTED, MOST)
-        self._surprise = min(max(surprise, 0.0), LONGEST)
+        square, least = judge(self._bank, pose.x, pose.y, variance, self._best)
         if min(square, least + MOST) > OUTLIER:
             self._in_a_row += 1
             if self._in_a_row >= IN_A_ROW:
@@ -152,11 +148,11 @@ class DriveLearner:
         if self._unscored >= 0:
             return
         self._misfit += (0.5 * square - self._misfit) / MISFIT_POSES
-        if apart > IDLE:
+        if np.ptp(self._bank.told) > IDLE:
             self.driven += pose.stamp - begin
             kept = math.exp((begin - pose.stamp) / FORGET)
             self._best = learn(self._bank, kept, 1.0 / max(1.0, self._misfit), MOST, DEEPEST)
-            wake(self._bank, self._best, BEHIND if self._surprise < ROUSED else math.inf)
+            wake(self._bank, self._best, BEHIND if self._misfit < ROUSED else math.inf)
 
     def _measure_noise(self, pose: _Pose) -> None:
         """Third differences leave out a constant acceleration, and have 20 times the variance of a pose."""
@@ -184,8 +180,6 @@ class DriveLearner:
             p[:, c, c] = variance * (1.0 / FIRST + late**2 / spread) + 1e-6
             p[:, c, 2 + c] = p[:, 2 + c, c] = variance * late / spread
             p[:, 2 + c, 2 + c] = variance / spread + unknown
-        if self._surprise >= ROUSED:
-            self._bank.awake[:] = True
         self._at, self._held = float(rows[-1, 0]), []
 
     @property
