@@ -117,11 +117,12 @@ def test_where_nothing_saturates_the_acceleration_is_not_changed(acceleration, s
     assert "m/s^2" not in learnt.why_unlike(BELIEF)
 
 
-def test_another_floor_is_seen_within_three_seconds_of_driving():
-    robot = Robot(Drive(1.5, 0.1, 0.0), 4)
+@pytest.mark.parametrize(("before", "after"), [(1.5, 0.75), (0.75, 1.5), (1.5, 3.0)])
+def test_another_floor_or_load_is_seen_within_three_seconds_of_driving(before, after):
+    robot = Robot(Drive(before, 0.15 / before, 0.0), 4)
     robot.run(8.0)
-    robot.drive = Drive(0.75, 0.2, 0.0)
-    assert robot.run(3.0).max_acceleration.value == pytest.approx(0.75, rel=0.1)
+    robot.drive = Drive(after, 0.15 / after, 0.0)
+    assert robot.run(3.0).max_acceleration.value == pytest.approx(after, rel=0.1)
 
 
 def leaping(now, position):

@@ -4,6 +4,9 @@ Its state is x, y, vx, vy. The wheels' error is white to it. What the law's satu
 statistically: along the gap between command and velocity the answer is the smaller of the lag's and the largest
 acceleration's, of which mean, slope and variance under a normal gap have closed forms. Where nothing saturates, models
 that differ in the largest acceleration alone foresee the same.
+
+Models far behind sleep: they cost nothing, and their scores fade to the prior alone. One that has come near again, or
+all when the best explains the poses no longer, wake with the state of the best.
 """
 
 import math
@@ -20,6 +23,9 @@ ROUGH, ROUGH_TIME = 0.04, 0.3
 """Standard deviation of the largest acceleration as a share of it, and the time for which it holds [s]: drives lie
 between the nodes of the grid. Without it a second at full acceleration would leave no model that explains the poses."""
 
+BACK = 0.8
+"""Share of the score behind the best at which a model falls asleep, at which it wakes: that takes 4 s of fading."""
+
 
 class Bank(NamedTuple):
     """Filters of all combinations of d delays, n largest accelerations and k lags, in this order.
@@ -28,7 +34,8 @@ class Bank(NamedTuple):
         delays: (d,) [s]; accelerations: (n,) [m/s^2]; lags: (k,) [s].
         means: (d n k, 4) [m], [m/s]; covariances: (d n k, 4, 4).
         scores, prior: (d n k,) logarithms of posterior and prior, the best score being 0.
-        told: (d n k,) logarithm of the likelihood of the newest position.
+        told: (d n k,) logarithm of the likelihood of the newest position; of a model asleep that of the best.
+        awake: (d n k,) bool.
     """
 
     delays: np.ndarray
@@ -39,11 +46,12 @@ class Bank(NamedTuple):
     scores: np.ndarray
     prior: np.ndarray
     told: np.ndarray
+    awake: np.ndarray
 
 
 @njit
 def foresee(bank: Bank, commands: np.ndarray, begin: float, end: float, yaw: float) -> None:
-    """Moves every model from `begin` to `end` [s], under the mean of the commands that act then.
+    """Moves the models awake from `begin` to `end` [s], under the mean of the commands that act then.
 
     Args:
         commands: (k, 3) when each was sent [s] and its velocity [m/s, body frame]; rest before these.
@@ -56,7 +64,8 @@ def foresee(bank: Bank, commands: np.ndarray, begin: float, end: float, yaw: flo
         u = rotate(x, y, yaw)
         for a_max in bank.accelerations:
             for share in shares:
-                _advance(bank.means[m], bank.covariances[m], a_max, share, u, dt, room)
+                if bank.awake[m]:
+                    _advance(bank.means[m], bank.covariances[m], a_max, share, u, dt, room)
                 m += 1
 
 
@@ -127,21 +136,22 @@ def judge(bank: Bank, x: float, y: float, variance: float, best: int) -> tuple[f
         square of its distance from what a model `best` foresaw, in standard deviations, and the smallest of all.
     """
     of_best = least = math.inf
-    for m in range(len(bank.told)):
+    for m in np.flatnonzero(bank.awake):
         p = bank.covariances[m]
         xx, xy, yy = p[0, 0] + variance, p[0, 1], p[1, 1] + variance
         determinant, ox, oy = xx * yy - xy * xy, x - bank.means[m, 0], y - bank.means[m, 1]
         square = (yy * ox * ox - 2.0 * xy * ox * oy + xx * oy * oy) / determinant
         bank.told[m] = -0.5 * (square + math.log(determinant))
         of_best, least = square if m == best else of_best, min(least, square)
+    bank.told[~bank.awake] = bank.told[best]
     return of_best, least
 
 
 @njit
 def take(bank: Bank, x: float, y: float, variance: float) -> None:
-    """Every model takes the position."""
+    """Every model awake takes the position."""
     rows = np.zeros((2, 4))
-    for m in range(len(bank.told)):
+    for m in np.flatnonzero(bank.awake):
         mean, p = bank.means[m], bank.covariances[m]
         for j in range(4):
             rows[0, j], rows[1, j] = p[0, j], p[1, j]
@@ -170,8 +180,24 @@ def learn(bank: Bank, kept: float, worth: float, most: float, deepest: float) ->
     for m in range(len(scores)):
         scores[m] = prior[m] + kept * (scores[m] - prior[m]) + worth * max(told[m] - top, -most)
     best = int(scores.argmax())
-    top = scores[best]
-    for m in range(len(scores)):
-        is_beside = abs((m // k) % n - (best // k) % n) <= 1
-        scores[m] = scores[m] - top if is_beside else max(scores[m] - top, -deepest)
+    scores -= scores[best]
+    for row in range(0, len(scores), k):
+        if abs(row // k % n - best // k % n) > 1:
+            scores[row : row + k] = np.maximum(scores[row : row + k], -deepest)
     return best
+
+
+@njit
+def wake(bank: Bank, best: int, behind: float) -> None:
+    """Wakes the models less than `behind` the best, and lets the others sleep.
+
+    Beside it in acceleration those wake that are near the best there: between them it is read off.
+    """
+    k, n, gaps = len(bank.lags), len(bank.accelerations), -bank.scores
+    by_acceleration, at = gaps.reshape((-1, n, k)), best // k % n
+    for a in range(max(at - 1, 0), min(at + 2, n)):
+        by_acceleration[:, a] -= by_acceleration[:, a].min()
+    near = gaps < np.where(bank.awake, behind, BACK * behind)
+    for m in np.flatnonzero(near & ~bank.awake):
+        bank.means[m], bank.covariances[m] = bank.means[best], bank.covariances[best]
+    bank.awake[:] = near

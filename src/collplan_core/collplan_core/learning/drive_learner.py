@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.control.stuck import with_row
-from collplan_core.learning.bank import Bank, foresee, judge, learn, take
+from collplan_core.jit import njit
+from collplan_core.learning.bank import Bank, foresee, judge, learn, take, wake
 from collplan_core.learning.drive import Drive, Learnt, LearntDrive
 
 WAIT, BEFORE, AFTER = 0.12, 0.11, 0.05
@@ -26,6 +27,9 @@ moves a score."""
 DEEPEST, FORGET, IDLE = 60.0, 20.0, 1e-3
 """Most by which a score is behind, so that another floor is seen within seconds; driving time in which scores fade to
 1/e [s]; poses that tell the models apart by less are no driving."""
+BEHIND, ROUSED = 25.0, 1.25
+"""Score behind the best at which a model sleeps, and the misfit from which on all are awake: the drive has changed, or
+none is right."""
 NOISE_POSES, MISFIT_POSES = 150.0, 50.0
 """Poses over which their noise is averaged, and means of them over which the misfit is."""
 SPREADS = (0.45, 0.8, 0.03)
@@ -71,7 +75,8 @@ class DriveLearner:
         prior = -0.5 * (off[2][:, None, None] + off[0][:, None] + off[1])
         self._shape, n, prior = prior.shape, prior.size, prior.ravel() - prior.max()
         axes = self._nodes[2], np.exp(self._nodes[0]), np.exp(self._nodes[1])
-        self._bank = Bank(*axes, np.zeros((n, 4)), np.zeros((n, 4, 4)), prior.copy(), prior, np.zeros(n))
+        states = np.zeros((n, 4)), np.zeros((n, 4, 4))
+        self._bank = Bank(*axes, *states, prior.copy(), prior, np.zeros(n), np.ones(n, bool))
         self._best = int(prior.argmax())
         self._commands = np.zeros((0, 3))
         self._waiting: deque[_Pose] = deque()
@@ -147,6 +152,7 @@ class DriveLearner:
             self.driven += pose.stamp - begin
             kept = math.exp((begin - pose.stamp) / FORGET)
             self._best = learn(self._bank, kept, 1.0 / max(1.0, self._misfit), MOST, DEEPEST)
+            wake(self._bank, self._best, BEHIND if self._misfit < ROUSED else math.inf)
 
     def _measure_noise(self, pose: _Pose) -> None:
         """Third differences leave out a constant acceleration, and have 20 times the variance of a pose."""
@@ -185,24 +191,25 @@ class DriveLearner:
             middle, deviation = _peak(nodes, chances.sum(axis=others))
             wide = max(deviation, LEAST[k]) * WIDER[k]
             known = max(0.0, 1.0 - (DOUBT * deviation / SPREADS[k]) ** 2)
-            ends = middle + INTERVAL * wide * np.array([0.0, -1.0, 1.0])
-            value, low, high = (np.exp(ends) if k < 2 else ends.clip(0.0)).tolist()
+            ends = middle, middle - INTERVAL * wide, middle + INTERVAL * wide
+            value, low, high = (math.exp(end) if k < 2 else max(end, 0.0) for end in ends)
             found.append(Learnt(value, low, high, known))
         return LearntDrive(*found)
 
 
+@njit
 def _peak(nodes: np.ndarray, chances: np.ndarray) -> tuple[float, float]:
     """Median and deviation: of a parabola through the likeliest node and its neighbours, if that is narrow enough."""
-    k, step = int(chances.argmax()), float(nodes[1] - nodes[0])
+    k, step = chances.argmax(), nodes[1] - nodes[0]
     if 0 < k < len(nodes) - 1:
-        low, top, high = np.log(chances[k - 1 : k + 2] + 1e-300).tolist()
+        low, top, high = np.log(chances[k - 1 : k + 2] + 1e-300)
         bend = 2.0 * top - low - high
         if bend >= 1.0:
             shift = min(max(0.5 * (high - low) / bend, -0.5), 0.5)
-            return float(nodes[k]) + step * shift, step / math.sqrt(bend)
+            return nodes[k] + step * shift, step / math.sqrt(bend)
     shares = chances / chances.sum()
-    middle = float(shares @ nodes)
-    return middle, math.sqrt(float(shares @ (nodes - middle) ** 2) + step**2 / 12.0)
+    middle = (shares * nodes).sum()
+    return middle, math.sqrt((shares * (nodes - middle) ** 2).sum() + step**2 / 12.0)
 
 
 def warm_up() -> None:
@@ -211,3 +218,4 @@ def warm_up() -> None:
     for k in range(30):
         learner.take_command(np.array([0.1, 0.0]), 0.01 * k)
         learner.take_pose((0.01 * k, 0.0, 0.0, 0.0))
+    _ = learner.learnt
