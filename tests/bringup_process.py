@@ -33,8 +33,8 @@ def nodes_of(out: Path) -> dict[str, int]:
     return found
 
 
-def wait_for(condition, patience: float = PATIENCE):
-    deadline = time.monotonic() + patience
+def wait_for(condition):
+    deadline = time.monotonic() + PATIENCE
     while not (value := condition()):
         assert time.monotonic() < deadline, "waited in vain"
         time.sleep(0.02)

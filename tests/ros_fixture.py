@@ -13,6 +13,8 @@ from typing import Any, TypeVar
 import pytest
 
 N = TypeVar("N")
+PATIENCE = 60.0
+"""A condition that has not come true after this never will [s], also on a busy machine."""
 
 
 class RosGraph:
@@ -78,7 +80,9 @@ class RosGraph:
         self.probe.create_subscription(message_type, topic, messages.append, qos)
         return messages
 
-    def publisher(self, message_type: type, topic: str, qos: Any = 10, matched: int = 1, timeout: float = 10.0) -> Any:
+    def publisher(
+        self, message_type: type, topic: str, qos: Any = 10, matched: int = 1, timeout: float = PATIENCE
+    ) -> Any:
         """A publisher of the probe, after `matched` listeners have found it."""
         publisher = self.probe.create_publisher(message_type, topic, qos)
         assert self.wait_until(lambda: publisher.get_subscription_count() >= matched, timeout), (
@@ -86,7 +90,7 @@ class RosGraph:
         )
         return publisher
 
-    def call(self, service_type: type, name: str, request: Any = None, timeout: float = 10.0) -> Any:
+    def call(self, service_type: type, name: str, request: Any = None, timeout: float = PATIENCE) -> Any:
         """The answer of a service."""
         client = self.probe.create_client(service_type, name)
         assert self.wait_until(client.service_is_ready, timeout), f"no service {name}"
@@ -95,7 +99,7 @@ class RosGraph:
         return future.result()
 
     def wait_until(
-        self, condition: Callable[[], Any], timeout: float = 10.0, clock: Callable[[], float] = time.monotonic
+        self, condition: Callable[[], Any], timeout: float = PATIENCE, clock: Callable[[], float] = time.monotonic
     ) -> bool:
         """Runs the nodes until the condition holds; whether it did within `timeout` [s] of `clock` [s].
 

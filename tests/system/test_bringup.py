@@ -127,4 +127,4 @@ def test_no_node_outlives_a_bringup_killed_at_any_moment_of_its_start(tmp_path):
             time.sleep(0.008 * k)
             run.process.kill()
             run.end()
-            wait_for(lambda run=run: not nodes_of(run.out), patience=5.0)
+            wait_for(lambda run=run: not nodes_of(run.out))

@@ -4,11 +4,11 @@ import json
 import os
 import socket
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from bringup_process import wait_for
 from rclpy.context import Context
 from rclpy.node import Node
 
@@ -146,7 +146,7 @@ def test_a_second_graph_of_a_robot_that_is_not_simulated_is_refused(tmp_path, ca
 
 
 def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_device_last(tmp_path, monkeypatch):
-    monkeypatch.setattr(processes, "STOP_PATIENCE", 0.3)
+    monkeypatch.setattr(processes, "STOP_PATIENCE", 1.0)
     stubborn = (
         "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
     )
@@ -155,10 +155,7 @@ def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_de
     nodes = Processes(NodeLogs(tmp_path))
     for name, code in (("device", polite), ("other", polite), ("stubborn", stubborn), ("controller", polite)):
         nodes.start(name, [sys.executable, "-c", code])
-    deadline = time.monotonic() + 10.0
-    while not all((tmp_path / f"{name}.log").read_text() for name in nodes.pids):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_for(lambda: all((tmp_path / f"{name}.log").read_text() for name in nodes.pids))
     nodes.stop(["controller"])
     assert nodes.stop_all(("device",)) == ["stubborn"]
     orderly = ("other", "controller", "device")

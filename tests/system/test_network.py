@@ -1,18 +1,13 @@
 """What a graph lets in, and whom it can hold up."""
 
 import os
-import signal
 import subprocess
 import sys
-import time
-from contextlib import ExitStack
 from functools import cache
 
 import pytest
-from nav_msgs.msg import Odometry
 
 from collplan_ros.bringup.network import PROFILE, RANGE, graph_environment
-from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED
 
 SOCKETS = """
 import os, re, time
@@ -29,18 +24,7 @@ for table in ("udp", "udp6", "tcp", "tcp6"):
             print(".".join(str(part) for part in reversed(bytes.fromhex(address))))
 print(sum("/dev/shm/fastrtps" in line for line in open("/proc/self/maps")), "shared")
 """
-TOPICS = (("mocap/odom", POSE_PUBLISHED), ("all", EVENT))
 LOOPBACK, MULTICAST = "127.0.0.1", "239.255.0.1"
-LISTENER = """
-import rclpy
-from nav_msgs.msg import Odometry
-from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
-rclpy.init()
-node = rclpy.create_node("listener")
-node.create_subscription(Odometry, "mocap/odom", lambda message: None, POSE_SUBSCRIBED)
-node.create_subscription(Odometry, "all", lambda message: None, EVENT)
-rclpy.spin(node)
-"""
 
 
 def environment(network):
@@ -78,30 +62,3 @@ def test_the_profile_that_bringup_gave_is_not_taken_for_the_users(network):
 @pytest.mark.parametrize("own", [{PROFILE: "/my/profile.xml"}, {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}])
 def test_where_the_profile_is_not_ours_the_range_says_how_far_the_graph_reaches(network, kept, own):
     assert graph_environment(network, own) == {RANGE: kept}
-
-
-@pytest.mark.soak
-def test_a_frozen_listener_holds_up_nobody(ros):
-    """Over shared memory some freezes hold the publisher up for 1 or 2 s: between one in 40 and one in 3."""
-    with ExitStack() as stack:
-        listeners = [subprocess.Popen([sys.executable, "-c", LISTENER]) for _ in range(3)]
-        for listener in listeners:
-            stack.callback(listener.kill)
-        publishers = [ros.publisher(Odometry, *each, matched=3) for each in TOPICS]
-        longest = [longest_call(publishers, listeners[number % 3]) for number in range(30)]
-    assert sum(duration > 0.5 for duration in longest) <= 1, longest
-
-
-def longest_call(publishers, listener):
-    """The longest that publishing takes [s], over 2 s in which the listener is frozen for 1.5 s."""
-    longest = 0.0
-    listener.send_signal(signal.SIGSTOP)
-    for step in range(400):
-        if step == 300:
-            listener.send_signal(signal.SIGCONT)
-        before = time.monotonic()
-        for publisher in publishers:
-            publisher.publish(Odometry())
-        longest = max(longest, time.monotonic() - before)
-        time.sleep(0.005)
-    return longest

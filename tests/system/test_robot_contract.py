@@ -4,6 +4,7 @@ What stands between `cmd_vel` and the robot's motion may differ; what the graph 
 """
 
 import math
+import re
 import uuid
 from collections.abc import Callable
 
@@ -34,7 +35,6 @@ from omnipuck_sim.node.simulator_node import SimulatorNode
 
 SETTINGS = Settings()
 V_MAX = SETTINGS.robot.max_speed
-LONGEST = SETTINGS.limits.command_age + 1.0 / SETTINGS.controller.rate
 POSE_PERIOD = 1.0 / SETTINGS.simulator.mocap_rate
 STANDING = 1e-3
 PATIENCE = 60.0
@@ -233,16 +233,7 @@ def test_topics_services_and_commands(robot):
         assert robot.own_health.level == b"\x01", bad
 
 
-def test_silence_stops_it_in_time_and_over_a_second_holds_it(robot):
-    robot.go(lambda: robot.speed > 0.38, x=0.4)
-    robot.commander.publisher.publish(twist(x=0.4))
-    robot.is_silent()
-    later = robot.later()
-    robot.until(lambda: robot.speed < STANDING)
-    # poses tell the robot's own time, its stalls left out; braking begins in the period in which zero is applied
-    speeds = [speed_of(odometry) for odometry in later()]
-    braking = next(k for k, speed in enumerate(speeds) if speed < max(speeds) - 0.005)
-    assert braking * POSE_PERIOD <= LONGEST + 4 * POSE_PERIOD
+def test_silence_stops_it_and_over_a_second_holds_it(robot):
     robot.go(x=0.4)
     robot.is_silent()
     robot.until(lambda: robot.speed < 0.2)
@@ -250,7 +241,9 @@ def test_silence_stops_it_in_time_and_over_a_second_holds_it(robot):
     robot.until(lambda: robot.speed > 0.3)
     robot.is_silent()
     robot.until(lambda: robot.state == "held")
-    assert "no fresh command for 1." in robot.states[-1].message
+    silence = re.search(r"no fresh command for ([0-9.]+) s", robot.states[-1].message)
+    assert silence, robot.states[-1].message
+    assert float(silence[1]) >= 1.0
     assert robot.stays_still(x=0.4)
     robot.go(x=0.4)
 

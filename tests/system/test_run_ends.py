@@ -90,7 +90,7 @@ def test_the_run_of_a_killed_bringup_is_read_and_its_results_made_and_no_node_ou
         run.end()
     left = read_run(folder)
     assert "incomplete" in left.note
-    wait_for(lambda: not nodes_of(run.out), patience=5.0)
+    wait_for(lambda: not nodes_of(run.out))
     assert "summary.json" in complete(folder)
     assert run.summary()["outcome"] == KILLED
     assert read_run(folder).log.poses == left.log.poses
