@@ -11,37 +11,35 @@ from watched_trials import FalsePoses, Turned, Watched, watched_trial
 
 from collplan_core.control.motion_monitor import LATE, REVERSED
 from collplan_core.loop.controller_loop import WHY_KIDNAPPED
-from collplan_core.worlds import load_world, parse_world
+from collplan_core.worlds import parse_world
 from omnipuck_sim.robot.noise import faulty
 
 HALL = parse_world({"name": "hall", "bounds": [-1, -1, 6, 1], "start": [0.0, 0.0], "goal": [5.0, 0.0]}, "hall")
 LOW_COST = {"lidar__sensor": "low_cost", "simulator__mocap_latency": 0.03, "simulator__mocap_yaw_noise": 0.01}
 
 
-def run(shift, nodes=Watched, world=HALL, strategy="avoid", seed=1, timeout=2.0, **values):
-    return watched_trial(shifted(world, shift), strategy, seed, nodes, trial__timeout=timeout, **values)
+def run(nodes=Watched, world=HALL, strategy="avoid", seed=1, timeout=2.0, **values):
+    return watched_trial(world, strategy, seed, nodes, trial__timeout=timeout, **values)
 
 
-@each_shift
 @pytest.mark.parametrize(("latency", "strategy"), [(0.2, "avoid"), (0.5, "harness")])
-def test_late_poses_stop_it_within_0_3_s_of_its_first_motion(latency, strategy, shift):
-    watched = run(shift, strategy=strategy, simulator__mocap_latency=latency)
+def test_late_poses_stop_it_within_0_3_s_of_its_first_motion(latency, strategy):
+    watched = run(strategy=strategy, simulator__mocap_latency=latency)
     assert watched.last_moving_command <= watched.seen_moving + 0.3
     assert watched.said[-1].held
     assert LATE in {row.kind for row in watched.said}
 
 
-@each_shift
 @pytest.mark.parametrize(("angle", "strategy"), [(math.pi / 2, "avoid"), (math.pi, "harness")])
-def test_turned_axes_stop_it_within_0_3_m(angle, strategy, shift):
-    watched = run(shift, partial(Turned, angle), strategy=strategy)
+def test_turned_axes_stop_it_within_0_3_m(angle, strategy):
+    watched = run(partial(Turned, angle), strategy=strategy)
     assert watched.result.path_length <= 0.3
     assert REVERSED in {row.kind for row in watched.said}
 
 
 @each_shift
 def test_no_false_stop_with_low_cost_sensors(shift):
-    watched = run(shift, Watched, load_world("baffles:1000"), "bounce", 3, 6.0, **LOW_COST)
+    watched = run(Watched, shifted("baffles:1000", shift), "bounce", 3, 6.0, **LOW_COST)
     assert len(watched.said) > 30
     assert not any(row.held for row in watched.said)
     assert watched.result.path_length > 1.0
@@ -52,10 +50,8 @@ def test_no_false_stop_with_low_cost_sensors(shift):
 def test_poses_that_are_late_cost_less_where_planner_and_controller_are_told(shift):
     late = {"simulator__mocap_latency": 0.06, "seed": 5, "timeout": 8.0}
     untold, told = {"robot__learning": "off"}, {"robot__motion_delay": 0.06}
-    serpentine = load_world("serpentine:2")
-    lost, known = (
-        run(shift, Watched, serpentine, "bounce", **late, **each).result.arrival_time for each in (untold, told)
-    )
+    serpentine = shifted("serpentine:2", shift)
+    lost, known = (run(Watched, serpentine, "bounce", **late, **each).result.arrival_time for each in (untold, told))
     assert known < lost - 0.05
 
 
@@ -67,7 +63,6 @@ def another_body(sample):
     return replace(sample, position=sample.position + np.array([1.5, 0.0]))
 
 
-@each_shift
 @pytest.mark.parametrize(
     ("fault", "strategy", "why"),
     [
@@ -77,8 +72,8 @@ def another_body(sample):
         (another_body, "avoid", WHY_KIDNAPPED),
     ],
 )
-def test_under_false_poses_it_stands_within_0_15_s_and_for_as_long_as_they_last(fault, strategy, why, shift):
-    watched = run(shift, partial(FalsePoses, fault, FAULT_AT, math.inf), strategy=strategy, timeout=2.5)
+def test_under_false_poses_it_stands_within_0_15_s_and_for_as_long_as_they_last(fault, strategy, why):
+    watched = run(partial(FalsePoses, fault, FAULT_AT, math.inf), strategy=strategy, timeout=2.5)
     assert max(row.speed for row in watched.said if row.time < FAULT_AT) > 0.5
     later = [row.speed for row in watched.said if row.time > FAULT_AT + LIMIT]
     assert len(later) > 15

@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from shifted_starts import each_shift, shifted
 
 from collplan_core.command import MANEUVERS
 from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT
@@ -30,18 +29,17 @@ def settings_of(strategy: str, **values) -> Settings:
 
 
 @cache
-def trial(world: str, strategy: str, seed: int = 0, shift: float = 0.0) -> TrialResult:
-    return run_trial(shifted(world, shift), settings_of(strategy), seed)
+def trial(world: str, strategy: str, seed: int = 0) -> TrialResult:
+    return run_trial(load_world(world), settings_of(strategy), seed)
 
 
-def not_reached(runs, shift: float = 0.0) -> list:
-    return [run for run in runs if trial(*run, shift=shift).outcome != REACHED]
+def not_reached(runs) -> list:
+    return [run for run in runs if trial(*run).outcome != REACHED]
 
 
-@each_shift
-def test_every_strategy_reaches_the_goal_of_every_arena_and_of_some_random_worlds(shift):
+def test_every_strategy_reaches_the_goal_of_every_arena_and_of_some_random_worlds():
     arenas = [(world, strategy) for world in ARENAS for strategy in STRATEGIES]
-    assert not not_reached([*arenas, *((f"random:{n}", s, n) for n in (0, 10, 20) for s in STRATEGIES)], shift)
+    assert not not_reached([*arenas, *((f"random:{n}", s, n) for n in (0, 10, 20) for s in STRATEGIES)])
 
 
 @pytest.mark.soak
@@ -59,20 +57,18 @@ def takes_passage(run: TrialResult) -> bool:
     return bool(PASSAGE[0] < run.trajectory[crossing, 1] < PASSAGE[1])
 
 
-@each_shift
 @pytest.mark.parametrize("seeds", [range(3), pytest.param(range(20), marks=pytest.mark.soak)])
-def test_in_the_corridor_low_risk_takes_the_detour_and_high_risk_the_passage(seeds, shift):
-    low, high = ([takes_passage(trial("corridor", s, k, shift)) for k in seeds] for s in ("low_risk", "high_risk"))
+def test_in_the_corridor_low_risk_takes_the_detour_and_high_risk_the_passage(seeds):
+    low, high = ([takes_passage(trial("corridor", s, k)) for k in seeds] for s in ("low_risk", "high_risk"))
     assert np.mean(low) <= 0.2, low
     assert np.mean(high) >= 0.8, high
 
 
-@each_shift
-def test_what_a_run_reports_fits_together(shift):
+def test_what_a_run_reports_fits_together():
     noise = 5 * (SETTINGS.simulator.actuation_noise + SETTINGS.simulator.actuation_bias)
     fastest = SETTINGS.robot.max_speed + noise
     for world, strategy in zip(ARENAS, STRATEGIES, strict=True):
-        result = trial(world, strategy, shift=shift)
+        result = trial(world, strategy)
         times, positions, velocities = result.trajectory[:, 0], result.trajectory[:, 1:3], result.trajectory[:, 3:]
         assert (result.world, result.strategy, result.seed) == (world, strategy, 0)
         np.testing.assert_allclose(np.diff(times), 1 / SETTINGS.simulator.mocap_rate, atol=1e-9)
