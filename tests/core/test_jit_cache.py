@@ -86,12 +86,8 @@ def caches(package):
 
 DAMAGES = {
     "empty": lambda path: path.write_bytes(b""),
-    "one byte": lambda path: path.write_bytes(path.read_bytes()[:1]),
     "half": lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
-    "last byte missing": lambda path: path.write_bytes(path.read_bytes()[:-1]),
     "zeros at its end": lambda path: path.write_bytes(path.read_bytes()[:-400] + bytes(400)),
-    "zeros": lambda path: path.write_bytes(bytes(path.stat().st_size)),
-    "other text": lambda path: path.write_text("not numba's"),
     "gone": lambda path: path.unlink(),
     "a folder": lambda path: (path.unlink(), path.mkdir()),
 }
@@ -121,13 +117,6 @@ def test_code_for_other_argument_types_is_not_run(package):
         assert run_outer(package, RUN.replace("outer(1)", "int(2 * outer(1.5))")) == [5, cached]
 
 
-def test_an_emptied_cache_is_made_anew(package):
-    run_outer(package)
-    shutil.rmtree(package.parent / "cache")
-    assert run_outer(package) == [2, 0]
-    assert run_outer(package) == [2, 1]
-
-
 NO_HOME = "import os, pwd; pwd.getpwuid = lambda uid: {}[uid]; "
 
 
@@ -135,16 +124,11 @@ NO_HOME = "import os, pwd; pwd.getpwuid = lambda uid: {}[uid]; "
     ("variables", "folder"),
     [
         ({"XDG_CACHE_HOME": None, "HOME": "home"}, "home/.cache/collplan"),
-        ({"XDG_CACHE_HOME": "", "HOME": "home"}, "home/.cache/collplan"),
         ({"XDG_CACHE_HOME": "rel/ative", "HOME": "home"}, "home/.cache/collplan"),
-        ({"XDG_CACHE_HOME": "~/.c", "HOME": "home"}, "home/.cache/collplan"),
         ({"XDG_CACHE_HOME": "/proc/none", "HOME": "home"}, "home/.cache/collplan"),
         ({"XDG_CACHE_HOME": "xdg", "HOME": None}, "xdg/collplan"),
         ({"XDG_CACHE_HOME": None, "HOME": None, "TMPDIR": "tmp"}, "tmp/collplan-"),
-        ({"XDG_CACHE_HOME": "", "HOME": "", "TMPDIR": "tmp"}, "tmp/collplan-"),
-        ({"XDG_CACHE_HOME": None, "HOME": "/proc/none", "TMPDIR": "tmp"}, "tmp/collplan-"),
         ({"NUMBA_CACHE_DIR": "numba"}, "numba/collplan"),
-        ({"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "xdg"}, "xdg/collplan"),
         ({"NUMBA_CACHE_DIR": "/proc/none", "XDG_CACHE_HOME": "xdg"}, "xdg/collplan"),
     ],
 )

@@ -550,20 +550,11 @@ def refusal_of(sample, before):
 WHY = (
     (PoseSample(0.0, np.zeros(2), 0.0), ("0.000 s is not later than the last, 0.190 s", "receiver stamp")),
     (PoseSample(-5.0, np.zeros(2), 0.0), ("-5.000 s", "later than the last, 0.190 s")),
-    (
-        PoseSample(0.2, np.array([10.19, 0.0]), 0.0),
-        ("10.00 m within 0.010 s", "max_speed 1.2", "mocap.units (m)"),
-    ),
+    (PoseSample(0.2, np.array([10.19, 0.0]), 0.0), ("10.00 m within 0.010 s", "max_speed 1.2", "mocap.units (m)")),
     (PoseSample(0.2, np.array([0.19, 0.0]), 0.0, tilt=1.57), ("tilted by 1.57 rad", "mocap.max_tilt", "mocap.axes")),
-    (
-        PoseSample(0.2, np.array([0.19, 0.0]), 0.0, height=0.4),
-        ("0.400 m off", "mocap.max_lift", "mocap.axes"),
-    ),
+    (PoseSample(0.2, np.array([0.19, 0.0]), 0.0, height=0.4), ("0.400 m off", "mocap.max_lift", "mocap.axes")),
     (PoseSample(0.2, np.array([0.19, 0.0]), 0.0, height=-80.0), ("-80.000 m off", "0.05", "mocap.units")),
-    (
-        PoseSample(0.2, np.array([0.19, 0.0]), 3.0),
-        ("turned by 172 degrees within 0.010 s", "mocap.max_spin 9"),
-    ),
+    (PoseSample(0.2, np.array([0.19, 0.0]), 3.0), ("turned by 172 degrees within 0.010 s", "mocap.max_spin 9")),
     (PoseSample(0.2, np.array([math.nan, 0.0]), 0.0), ("nan", "finite")),
 )
 

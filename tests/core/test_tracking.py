@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, STOPPED, Command, stopped
+from collplan_core.command import STOPPED, Command, stopped
 from collplan_core.control.follow import clip_command, hold_heading, pid, saturate, to_body
 from collplan_core.control.reference import found_reference, sample_reference
 from collplan_core.parameters import Control, Limits, Robot
-from collplan_core.plan import Contacts, Plan, timed_path
+from collplan_core.plan import Plan, timed_path
 from collplan_core.velocity_bounds import velocity_bounds
 from scenes import rotation, unit
 
@@ -104,18 +104,9 @@ def test_the_reference_rests_at_its_end_once_past():
     np.testing.assert_allclose(position, PARABOLA.positions[0])
 
 
-MANEUVERS_AT_A_WALL = BOUNDARY_FOLLOWING, FLOW_THROUGH
-
-
 def plan(begin: float = 0.0, end: float = 4.0) -> Plan:
     line = np.array([[0.0, 0.0], [1.0, 0.0]])
     return timed_path(begin, np.array([begin, end]), line, 0.0 * line)
-
-
-def contacts_at(*when: float) -> Contacts:
-    """Each at x = its time, y = 1.2."""
-    points = np.array([[time, 1.2] for time in when]).reshape(-1, 2)
-    return Contacts(np.array(when), points, *np.zeros((2, *points.shape)))
 
 
 def command(maneuver: str) -> Command:

@@ -33,7 +33,7 @@ def test_what_is_shipped_can_be_sent_and_what_cannot_is_refused():
         assert bool(words) == bool(refusal(*asked))
 
 
-@settings(derandomize=True, deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.floats(5.0, 200.0), st.sampled_from([9600, 19200, 57600, 115200]), st.integers(3, 8), st.floats(-80.0, 80.0))
 def test_what_is_not_refused_fits_the_line_whatever_is_commanded(rate, baud, n_wheels, speed):
     frame = Encoder().encode(CommandMessage(42, 1000, 20, 180, 0, 3, 7, (speed,) * n_wheels))

@@ -16,7 +16,6 @@ from collplan_ros.node_kit.periodic import IN_STEP, call_each_period, keep_step
 
 
 @given(st.floats(0.0, 2e9), st.floats(0.0, 1e6), st.floats(0.0, 10.0))
-@settings(derandomize=True, deadline=None, max_examples=30)
 def test_poses_clock_runs_on_between_poses(stamp, local, later):
     clock = PosesClock()
     clock.received(stamp, local)
@@ -61,7 +60,6 @@ class TimerAsRclHasIt:
 
 
 @given(st.integers(0, 49), st.integers(0, 49))
-@settings(derandomize=True, deadline=None, max_examples=30)
 def test_a_call_too_many_acts_on_nothing_and_moves_no_other_call(late, later):
     acted = []
     node = SimpleNamespace(create_timer=lambda period, callback, clock: TimerAsRclHasIt(period, callback))
@@ -74,7 +72,7 @@ def test_a_call_too_many_acts_on_nothing_and_moves_no_other_call(late, later):
 
 
 @given(left=st.integers(1, 200), lead=st.integers(0, 49), own=st.sampled_from([50, 100, 200]))
-@settings(derandomize=True, deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_a_timer_in_step_with_another_calls_before_it(left, lead, own):
     timer = TimerAsRclHasIt(1e-3 * own, None)
     timer.now, timer.next = 10**9, 10**9 + left * 10**6

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from geometry_msgs.msg import Twist
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
@@ -21,7 +21,6 @@ def twist(x: float, y: float) -> Twist:
     return message
 
 
-@settings(derandomize=True, deadline=None, max_examples=50)
 @given(
     st.lists(st.tuples(st.one_of(NUMBER, SPEED), SPEED, st.floats(0.0, 0.4)), min_size=1, max_size=20),
     st.floats(0.2, 2.0),

@@ -124,10 +124,7 @@ def test_a_trajectory_is_followed_before_the_path_of_its_stamp_which_may_be_lost
     bench.drive()
     bench.plans_on = False
     stamp = bench.robot.stamp
-    foreseen = Contacts(
-        np.array([stamp + 0.1]), np.array([[0.3, 0.2]]), np.array([[-0.2, 0.0]]), np.array([[-1.0, 0.0]])
-    )
-    plan = replace(straight_plan(stamp, bench.robot.position, 60.0), contacts=foreseen, valid_until=stamp + 60.0)
+    plan = replace(straight_plan(stamp, bench.robot.position, 60.0), valid_until=stamp + 60.0)
     trajectory = plan_to_message(plan, "map")
     bench.publish(PointCloud2, "planner/trajectory", trajectory)
     ros.spin(0.1)

@@ -122,24 +122,6 @@ def test_every_input_of_every_node_names_messages_of_another_type(
     assert ("(controller.stamped_cmd_vel)" in told) == (sent is TwistStamped)
 
 
-def test_a_wrong_publisher_beside_a_right_one_is_told_once(ros, terminal, node, other_process):
-    steadily(ros, ros.publisher(PoseStamped, "goal_pose", EVENT), PoseStamped())
-    steadily(ros, ros.publisher(LaserScan, "scan", SENSOR_DATA), LaserScan())
-    for topic, sent in (("goal_pose", PointStamped), ("goal_pose", Vector3), ("scan", String)):
-        # ROS has one type for a topic in a process
-        graph = RosGraph()
-        try:
-            graph.probe.create_publisher(sent, topic, EVENT)
-            words = f"{topic}: 1 publisher, but of type {type_name(sent)}"
-            assert terminal.has(node, words), terminal.lines(node)
-            node.taken = 0
-            # two looks at the inputs, and more
-            assert ros.wait_until(lambda: node.taken > 50)
-            assert sum(words in text for _, text in terminal.lines(node)) == 1
-        finally:
-            graph.close()
-
-
 @pytest.mark.parametrize("has_clock", [False, True])
 @pytest.mark.parametrize(("topic", "sent"), [("scan", LaserScan), ("mocap/odom", Odometry), ("goal_pose", PoseStamped)])
 def test_a_node_on_simulated_time_without_a_clock_says_so(ros, terminal, topic, sent, has_clock):

@@ -4,14 +4,12 @@ import itertools
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Lidar
-from collplan_core.sensing.spinning_lidar import LD19, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import Mover, load_world, save_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -88,27 +86,3 @@ def test_movers_are_scanned_where_the_simulator_says_they_are(ros, tmp_path):
     assert ros.wait_until(lambda: bench.scans)
     expected = simulate_scan(floor, state, Lidar(), np.array([[1.05, 0.5, 0.15]]))
     np.testing.assert_allclose(scan_from_message(bench.scans[0], "base_link").ranges, expected.ranges, rtol=1e-6)
-
-
-def test_a_spinning_sensor_scans_from_where_the_robot_was_at_each_beam_after_its_latency(ros):
-    bench = LidarBench(ros, {"lidar.sensor": "low_cost", "lidar.seed": 5})
-    start = start_of("corridor")
-    sent = [
-        replace(start, stamp=start.stamp + t, position=start.position + np.array([0.4 * t, 0.0]))
-        for t in 0.01 * np.arange(34)
-    ]
-    # 0.11 s after the first beam the sweep and 10 ms of latency are over
-    for states, n_scans in ((sent[:11], 0), (sent[11:12], 1)):
-        for state in states:
-            bench.send(state)
-            ros.spin(0.002)
-        ros.spin(0.2)
-        assert ros.wait_until(lambda n_scans=n_scans: len(bench.scans) == n_scans)
-    sweeps = sweeps_of(load_world("corridor"), Lidar(sensor="low_cost"), 5)
-    expected = [scan for scan in map(sweeps.take_pose, sent[:12]) if scan is not None]
-    for message, scan in zip(bench.scans, expected, strict=True):
-        received = scan_from_message(message, "base_link")
-        assert received.stamp == pytest.approx(scan.stamp, abs=1e-6)
-        np.testing.assert_allclose(received.ranges, scan.ranges, rtol=1e-5)
-        assert message.time_increment == pytest.approx(LD19.time_increment)
-        assert message.scan_time == pytest.approx(LD19.sweep_time)

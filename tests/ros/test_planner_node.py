@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty
@@ -25,7 +24,7 @@ from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.parameters import Settings
 from collplan_core.planners import BUDGET_SHARE, deadlines
 from collplan_ros.messages.cloud_reading import compared_from_message, plan_from_message, seen_from_message
-from collplan_ros.messages.conversions import goal_to_message, impact_to_message
+from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.planner_clouds import FREE_SPACE
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
@@ -38,9 +37,6 @@ from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 
 AHEAD = np.array([2.0, 0.0])
-CHANGE = np.array([-0.5, 0.0])
-QUICK = {"planner__strategy": "bounce", "time_to_goal__start_proposals": 10, "time_to_goal__proposals": 10}
-SELDOM = 2.0
 """A map_period in which no plan is due while a test looks on [s]."""
 
 
@@ -179,27 +175,6 @@ def test_a_goal_is_replaced_refused_and_canceled(ros, bench):
     assert ros.call(Trigger, "cancel").success
     bench.wait_for(GoalStatus.STATUS_CANCELED)
     bench.assert_no_more_plans()
-
-
-def test_a_hit_is_planned_for_at_once(ros):
-    bench = PlannerBench(ros, limits__pose_age=0.5, **QUICK)
-    impacts = ros.publisher(Vector3Stamped, "impact", EVENT)
-    bench.send_goal()
-    bench.wait_for_plan()
-    bench.node.set_parameters([Parameter("planner.map_period", value=SELDOM)])
-    ros.spin(0.1)  # the period before may still be running
-    bench.assert_no_more_plans()
-    hit, before = bench.robot.stamp, len(bench.plans)
-    impacts.publish(impact_to_message(hit, CHANGE, "odom"))
-    impacts.publish(impact_to_message(hit, CHANGE, "map"))
-    assert ros.wait_until(lambda: len(bench.plans) > before)
-    assert hit - 1e-6 <= seconds_from_stamp(bench.plans[before].header.stamp) < hit + 0.5 * SELDOM
-    assert bench.health.counts("impacts")
-    assert bench.health.value("refused_impact") == "1"
-    bench.node.set_parameters([Parameter("planner.map_period", value=0.05)])
-    bench.wait_for_plan(bench.robot.stamp)
-    ros.spin(0.2)
-    assert 0.5 < float(values_of(bench.costs[-1])["arrival_time"]) < 8.0
 
 
 def test_a_plan_may_take_a_share_of_the_period_or_the_time_budget_that_is_set():

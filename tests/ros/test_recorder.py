@@ -130,7 +130,7 @@ def test_time_zero_is_when_the_first_command_to_move_was_sent():
 
 
 @given(st.randoms(use_true_random=False))
-@settings(derandomize=True, deadline=None, max_examples=10)
+@settings(max_examples=10)
 def test_no_order_of_taking_changes_the_log_or_the_trajectory(random):
     order = in_time()
     random.shuffle(order)
@@ -182,7 +182,7 @@ def comparable(log: RunLog) -> RunLog:
 
 
 @given(st.randoms(use_true_random=False), st.integers(1, 300))
-@settings(derandomize=True, deadline=None, max_examples=10)
+@settings(max_examples=10)
 def test_the_log_ends_with_the_pose_that_arrived_whatever_was_taken_when(random, patience):
     prompt = [topic for _, topic in sorted((sent, topic) for topic, rows in driven_on().items() for sent, _ in rows)]
     log = recorded_to_the_end(prompt, 1)

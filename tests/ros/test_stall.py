@@ -4,7 +4,7 @@ import math
 import time
 
 import rclpy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from std_msgs.msg import String
 
@@ -18,7 +18,6 @@ STALL = 0.3
 """Longer than what a guard lets pass [s]."""
 
 
-@settings(derandomize=True, deadline=None, max_examples=50)
 @given(begin=st.floats(0.0, 1e6), steps=st.lists(st.floats(0.0, 0.4), max_size=30), limit=st.floats(0.05, 0.3))
 def test_a_guard_tells_each_gap_beyond_its_limit_and_no_other(begin, steps, limit):
     guard, now = StallGuard(limit), begin

@@ -1,14 +1,11 @@
 """Files that a power cut left in half: every reader says so in a sentence, and none calls them whole."""
 
-import runpy
 import shutil
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from collplan_ros.replay.main import SAME
-from collplan_ros.replay.main import main as replay
 from collplan_ros.run.completion import complete
 from collplan_ros.run.page.beside import main as beside
 from collplan_ros.run.recorded_run import read_run
@@ -81,19 +78,3 @@ def test_runs_beside_each_other_say_which_is_cut(cut, whole, tmp_path, capsys):
     assert len(said_of) == 1
     assert said_of[0].startswith(str(folder))
     assert "recording is cut off" in said_of[0]
-
-
-@pytest.mark.parametrize("how", ["a tenth", "half", "last byte", "last 9 bytes", "half zeros"])
-def test_the_script_of_examples_says_that_a_recording_is_cut(cut, monkeypatch, capsys, how):
-    script, folder = Path(__file__).parents[2] / "examples" / "recorded_run.py", cut("run.mcap", how)
-    monkeypatch.chdir(folder)
-    monkeypatch.setenv("MPLBACKEND", "agg")
-    monkeypatch.setattr("sys.argv", [script.name, "."])
-    with suppress(SystemExit):  # it may hold no pose
-        runpy.run_path(str(script), run_name="__main__")
-    assert "run.mcap: has no end, it is cut off" in capsys.readouterr().out
-
-
-def test_the_page_of_a_cut_run_says_so(cut, capsys):
-    assert replay(["--page", str(cut("run.mcap", "half"))]) == SAME
-    assert "recording is cut off" in capsys.readouterr().out

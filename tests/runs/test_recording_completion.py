@@ -6,7 +6,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
@@ -60,7 +60,6 @@ def read(content: bytes) -> list[tuple[str, int, bytes]]:
 
 
 @given(st.integers(HEADER, len(WHOLE)))
-@settings(derandomize=True, deadline=None, max_examples=50)
 def test_a_recording_cut_off_anywhere_holds_every_chunk_that_was_closed(cut):
     """As a kill, or a disk that is full, leaves it."""
     rows = read(WHOLE[:cut])
@@ -70,7 +69,6 @@ def test_a_recording_cut_off_anywhere_holds_every_chunk_that_was_closed(cut):
 
 
 @given(st.integers(HEADER, len(WHOLE) - 1), st.integers(1, 255))
-@settings(derandomize=True, deadline=None, max_examples=50)
 def test_what_a_broken_disk_has_changed_is_left_out_and_nothing_is_made_up(at, change):
     changed = bytearray(WHOLE)
     changed[at] ^= change

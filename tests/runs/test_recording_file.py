@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
@@ -17,7 +17,6 @@ from made_recordings import EPOCH, POINT, TOPICS, MadeRecording, point, sent
 
 
 @given(st.lists(sent, max_size=40), st.sets(st.integers(0, 40)))
-@settings(derandomize=True, deadline=None, max_examples=30)
 def test_each_message_comes_back_bit_by_bit_and_both_libraries_decode_it(rows, flushed):
     with tempfile.TemporaryDirectory() as folder:
         made = MadeRecording(Path(folder) / RECORDING)

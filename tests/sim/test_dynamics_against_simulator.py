@@ -150,21 +150,3 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
         return saturate(np.array(forward), SPEED)
 
     return simulated(world, rows[0, 3:], command, PERIOD)
-
-
-def test_a_robot_driven_into_an_intended_contact_does_not_brake_before_it():
-    world, bearing = tilted_wall(0.3), 0.3
-    for case in product(np.radians([-55.0, -20.0, 0.0, 40.0]), [0.8, SPEED]):
-        incidence, speed = case
-        toward, after = speed * unit(bearing + incidence), 0.8 * unit(bearing + np.pi + 0.5 * incidence)
-        meets = 0.3 / (speed * np.cos(incidence))
-        rows, contacts = rollout(
-            world, toward, [toward if k * CONTROL_INTERVAL < meets else after for k in range(INTERVALS + 2)]
-        )
-        truth, impacts = followed(world, rows)
-        assert len(contacts) == len(impacts) == 1, case
-        into = impacts[0].velocity_before @ unit(bearing)
-        assert into == pytest.approx(speed * np.cos(incidence), rel=0.05), case
-        assert apart(rows, truth[truth[:, 0] < contacts[0, 0] - 0.01]) < 0.003, case
-        # a command holds on for up to half a period too long or ends as much too early, at full acceleration
-        assert apart(rows, truth) < 0.5 * PERIOD * MODEL.wheels.max_acceleration * (1.0 - contacts[0, 0]) + 0.005, case

@@ -8,6 +8,7 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from omnipuck_sim.robot.physics import Simulator
+from omnipuck_sim.trial import run_trial
 from physics_scenes import QUIET, make_world, quiet, unit
 
 SPREADS = {"simulator.restitution_spread": 0.1, "simulator.friction_spread": 0.1, "simulator.wall_spread": 0.2}
@@ -19,6 +20,12 @@ def name(request):
     if request.param == "mujoco":
         pytest.importorskip("mujoco", reason=MISSING)
     return request.param
+
+
+def test_a_trial_with_mujoco_reaches_its_goal():
+    pytest.importorskip("mujoco", reason=MISSING)
+    settings = Settings().with_values({"simulator.engine": "mujoco", "planner.strategy": "bounce"})
+    assert run_trial("corridor", settings, 3).outcome == "reached"
 
 
 def test_equal_seeds_give_equal_runs(name):

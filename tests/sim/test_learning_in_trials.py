@@ -60,8 +60,3 @@ def test_a_right_belief_is_kept():
         assert learnt.why_unlike(drive_of(Settings().robot)) == ""
         lags.append(in_use.lag + in_use.delay)
     assert np.median(lags) == pytest.approx(0.1, rel=0.3), lags
-
-
-def test_without_learning_nothing_is_learnt_and_plans_carry_no_drive():
-    _, loop, plans = driven(robot__learning="off")
-    assert (loop.controller.drive.in_use, loop.controller.drive.learnt, set(plans)) == (None, None, {(None, None)})

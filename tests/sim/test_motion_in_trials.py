@@ -46,15 +46,6 @@ def test_no_false_stop_with_low_cost_sensors(shift):
     assert watched.loop.controller.motion.verdict.delay == pytest.approx(0.03, abs=0.05)
 
 
-@each_shift
-def test_poses_that_are_late_cost_less_where_planner_and_controller_are_told(shift):
-    late = {"simulator__mocap_latency": 0.06, "seed": 5, "timeout": 8.0}
-    untold, told = {"robot__learning": "off"}, {"robot__motion_delay": 0.06}
-    serpentine = shifted("serpentine:2", shift)
-    lost, known = (run(Watched, serpentine, "bounce", **late, **each).result.arrival_time for each in (untold, told))
-    assert known < lost - 0.05
-
-
 FAULT_AT = 1.2
 LIMIT = 0.15
 

@@ -11,11 +11,9 @@ from collplan_core.parameters import Settings
 from collplan_core.replay.comparison import Comparison, Difference, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import Call, events_of, rows_of
-from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
 
-STRATEGIES = (*PAPER_WEIGHTS, *TIME_TO_GOAL)
 FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
 """Of what refinement tries: a plan is as much one as with more."""
 
@@ -90,15 +88,3 @@ def test_the_journal_changes_nothing(tmp_path):
     settings = Settings().with_values({"planner.strategy": "bounce", "trial.timeout": 1.0, **FEW})
     one, other = (run_trial(load_world("u:17"), settings, 1, journal=path) for path in (tmp_path / "one", None))
     np.testing.assert_array_equal(one.trajectory, other.trajectory)
-
-
-# ---- long
-
-
-@pytest.mark.soak
-def test_twenty_trials_are_replayed_to_the_last_bit(tmp_path):
-    worlds = [f"{family}:{seed}" for seed in (2, 5) for family in ("random", "u", "z", "serpentine", "pillars")]
-    runs = [(world, strategy) for k, world in enumerate(worlds) for strategy in (STRATEGIES[k % 7], STRATEGIES[-k % 7])]
-    assert len(runs) == 20
-    for seed, (world, strategy) in enumerate(runs):
-        assert_equal(recorded(tmp_path, world, strategy, seed, **{"trial.timeout": 30.0}))

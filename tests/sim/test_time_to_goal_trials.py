@@ -40,10 +40,6 @@ def trial(
     return run_trial(shifted(world or TURN, shift), SETTINGS.with_values(values), seed)
 
 
-def speeds_into(result: TrialResult) -> np.ndarray:
-    return np.array([-impact.velocity_before @ impact.normal for impact in result.impacts])
-
-
 def digest(result: TrialResult) -> str:
     """Hash of all that a trial measures, wall times aside."""
     parts = (result.trajectory, result.rebounds, result.foreseen, result.candidates, *result.plans)

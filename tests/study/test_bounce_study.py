@@ -27,7 +27,7 @@ from collplan_study.question.sources import load_sources
 from collplan_study.report import figures
 from collplan_study.report.write_report import write_report
 from collplan_study.tables.table_files import IMPACTS, TABLE, write_tables
-from fake_studies import fake_study, impact, reached, timed_out
+from fake_studies import fake_study, impact, reached
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.physics import Simulator
 
@@ -202,18 +202,6 @@ def test_rebounds_are_compared_with_what_was_foreseen(found):
     assert ours["direction_error_p90"] == pytest.approx(20.0)
     assert (ours["speed_into"], ours["speed_error"]) == (pytest.approx(0.3), pytest.approx(-0.1))
     assert rebounds["avoid"]["direction_error"] is None
-
-
-def test_runs_that_do_not_arrive_count_with_the_limit(tmp_path, sources):
-    def late(task):
-        return timed_out() if (task.labels["strategy"], task.labels["world"]) == ("bounce", LOST) else by_strategy(task)
-
-    found = results_in(fake_study(tmp_path / "study", late, replace(ASKED, ablations=False), sources))
-    (random,) = (each for each in found.groups if each.group.name == "random")
-    assert (random.cells[0].strategy, random.cells[0].outcomes["timeout"]) == ("bounce", 2)
-    (against_avoid,) = (each for each in random.gains if each.other == "avoid")
-    assert against_avoid.saved.value < -100.0
-    assert found.variants == found.known_map == []
 
 
 def test_a_study_that_has_only_begun_has_its_report(tmp_path, sources, monkeypatch):

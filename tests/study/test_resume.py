@@ -124,14 +124,6 @@ def test_a_table_that_is_cut_off_is_made_anew(whole, copy, name, kept):
     assert (copy / name).read_bytes() == (whole / name).read_bytes()
 
 
-@pytest.mark.parametrize("kept", [0, 1, 0.5, 0.9, -3])
-def test_a_provenance_that_is_cut_off_is_refused(copy, capsys, kept):
-    held = (copy / "provenance.json").read_text(encoding="utf-8")
-    cut = held[: int(kept * len(held)) if isinstance(kept, float) else kept]
-    (copy / "provenance.json").write_text(cut, encoding="utf-8")
-    assert "provenance.json: not JSON" in refused(capsys, copy)
-
-
 def test_the_same_command_goes_on_and_another_one_is_refused(whole, copy, capsys):
     before = (copy / ROWS).read_bytes()
     assert main([*GRID, "--resume", str(copy), "--jobs", "1", "--no-report"]) == 0
@@ -177,7 +169,15 @@ def test_rows_that_are_none_or_of_another_study_are_named(copy, tmp_path, capsys
 def test_a_provenance_that_is_none_or_was_tampered_with_is_refused(copy, capsys):
     provenance = json.loads((copy / "provenance.json").read_text())
     parts = [("question", {"worlds": 3}), ("question", {"colour": 1}), ("sources", [{}]), ("ablations", 3)]
-    broken = ["{", "[]", '{"question": 1, "sources": 1, "ablations": 1, "code": {}}']
+    whole = json.dumps(provenance)
+    broken = [
+        "",
+        "{",
+        whole[: len(whole) // 2],
+        whole[:-3],
+        "[]",
+        '{"question": 1, "sources": 1, "ablations": 1, "code": {}}',
+    ]
     for text in [*broken, *(json.dumps({**provenance, part: value}) for part, value in parts)]:
         (copy / "provenance.json").write_text(text)
         assert str(copy) in refused(capsys, copy)

@@ -3,21 +3,15 @@
 import os
 from collections import Counter
 
-import numpy as np
 import pytest
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
-from collplan_core.parameters import Settings
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.warm_up import warm_up
-from collplan_core.worlds import arena_names, load_world
+from collplan_core.worlds import arena_names
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import parse
 from collplan_ros.replay.main import main
-from omnipuck_sim.trial import run_trial
-
-U_TURNS = "u:0", "u:17"
-"""Of u:0 to u:23, by the time that bounce saves in trials, seeds 0 to 5: the middle one, and the sixth from below."""
 
 
 @pytest.fixture
@@ -70,26 +64,3 @@ def test_one_core_is_enough(through_the_graph):
         assert through_the_graph("corridor", "harness")["reached"]
     finally:
         os.sched_setaffinity(0, all_cores)
-
-
-@pytest.mark.soak
-def test_the_graph_and_the_loop_without_ros_agree(through_the_graph):
-    ratios = []
-    for seed in range(3):
-        summary = through_the_graph("l_corridor", "harness", seed)
-        trial = run_trial(load_world("l_corridor"), Settings(), seed)
-        ratios.append((summary["arrival_time_s"] / trial.arrival_time, summary["path_length_m"] / trial.path_length))
-    np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.15, err_msg=str(ratios))
-
-
-@pytest.mark.soak
-def test_bounce_is_faster_than_avoid_round_u_turns_and_bounces_on_purpose(through_the_graph):
-    for world in U_TURNS:
-        bounce, avoid = ([through_the_graph(world, each, k) for k in range(5)] for each in ("bounce", "avoid"))
-        assert all(run["reached"] for run in (*bounce, *avoid)), world
-        times = [[run["arrival_time_s"] for run in runs] for runs in (bounce, avoid)]
-        assert np.median(times[0]) < np.median(times[1]), (world, times)
-        # in u:17 nine of ten runs do, on average
-        deliberate = [run["impacts_deliberate"] for run in bounce]
-        assert np.count_nonzero(deliberate) >= 2, (world, deliberate)
-    assert [run["impacts_deliberate"] for run in avoid] == [0] * 5

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import rclpy
 from action_msgs.msg import GoalStatus
-from c_compiler import NEEDS_COMPILER
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
@@ -358,16 +357,3 @@ def test_a_robot_restarted_stands_until_a_person_lets_it_move(robot):
     assert robot.state == "held", "the emergency stop is forgotten where all of it has ended"
     assert robot.stays_still(x=0.2)
     robot.go(x=0.2)
-
-
-@NEEDS_COMPILER
-@pytest.mark.soak
-def test_the_firmware_in_c_keeps_the_contract(ros, tmp_path):
-    """What the firmwares do alike: test_firmwares_agree."""
-    robot = Robot(ros, tmp_path, REAL, **{"emulator.firmware": "c"})
-    robot.stop()
-    assert robot.call("clear_estop")
-    assert robot.stays_still(x=0.4)
-    robot.go(x=0.4)
-    robot.is_silent()
-    robot.until(lambda: robot.speed < STANDING)

@@ -2,8 +2,6 @@
 
 from http import HTTPStatus
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from websockets.datastructures import Headers
 from websockets.http11 import Request
 
@@ -62,31 +60,6 @@ def test_other_files_are_not_there_and_other_methods_not_allowed():
         assert status(path, **SAME) == HTTPStatus.NOT_FOUND, path
     for method in ("POST", "PUT", "HEAD", "OPTIONS", "DELETE", "get"):
         assert status("/", method, **SAME) == status(FRAMES, method, **SAME) == HTTPStatus.METHOD_NOT_ALLOWED, method
-
-
-@given(
-    st.fixed_dictionaries(
-        {},
-        optional={
-            "host": st.sampled_from([*OWN.values(), "localhost", *OTHER_HOSTS]),
-            "origin": st.sampled_from([SAME["origin"], "http://localhost", *OTHER_ORIGINS]),
-            "sec-fetch-site": st.sampled_from(["same-origin", "cross-site"]),
-            "sec-fetch-mode": st.sampled_from(["navigate", "websocket"]),
-        },
-    ),
-    st.sampled_from(["/", FRAMES, "/main.js"]),
-)
-@settings(derandomize=True, deadline=None, max_examples=50)
-def test_a_websocket_is_let_in_from_this_machine_alone(headers, path):
-    reply = answer(Request(path, Headers(headers)), PAGE)
-    own = headers.get("host", "").split(":")[0] in ("127.0.0.1", "localhost")
-    if reply is None:
-        assert own
-        assert headers["origin"] == f"http://{headers['host']}"
-    elif reply.status_code == HTTPStatus.OK:
-        assert own
-    else:
-        assert reply.status_code >= 400
 
 
 def test_a_browser_keeps_everything_else_away_and_the_token_is_in_the_page_alone():
