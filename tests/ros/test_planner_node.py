@@ -39,7 +39,7 @@ from node_health import NodeHealth
 
 AHEAD = np.array([2.0, 0.0])
 CHANGE = np.array([-0.5, 0.0])
-QUICK = {"planner__strategy": "bounce", "time_to_goal__start_proposals": 10, "time_to_goal__proposals": 10}
+QUICK = {"planner__strategy": "bounce", "time_to_goal__proposals": 10}
 SELDOM = 2.0
 """A map_period in which no plan is due while a test looks on [s]."""
 

@@ -11,7 +11,7 @@ from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import events_of, rows_of
 from omnipuck_sim.trial import TrialNodes, run_trial
 
-FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
+FEW = {"time_to_goal.proposals": 20}
 
 
 def driven(shift=0.0, journal=None, seed=1, **values):
