@@ -87,11 +87,6 @@ CONTROLLER_SCENES: dict[str, Scene] = {
     "not told until when": lambda: (mixed("corridor").changed(not_told), 0.8, 1.0),
     "poses fail": lambda: (mixed("corridor").without("take_pose", 1.2, 1.3), 1.0, 0.5),
     "leap": lambda: (mixed("corridor").with_leap(1.2, 0.06), 1.0, 0.5),
-    "integral": lambda: (
-        mixed("corridor").under(**{"controller.k_i": 2.0, "controller.integral_limit": 0.1}),
-        0.8,
-        2.0,
-    ),
     "through walls": lambda: (mixed("random:0").through_walls(3.5), 0.8, LONGEST),
     "through a long wall": lambda: (mixed("corridor").through_walls(3.5), 0.8, LONGEST),
 }

@@ -13,6 +13,7 @@ from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.movers.record import ALL_STANDS, NEW, STANDS
 from collplan_core.parameters import Lidar
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.boundary_memory import update
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     FAR,
     INFERRED,
@@ -24,7 +25,12 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
 )
 from collplan_core.time_to_goal_planner.boundary_memory.field import FIRST_SIDE
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.boundary_memory.update import known_boundaries, remember
+from collplan_core.time_to_goal_planner.boundary_memory.update import (
+    INFERRED_DEPTH,
+    INFERRED_INSET,
+    known_boundaries,
+    remember,
+)
 from collplan_core.worlds import World, load_world, world_segments
 from collplan_core.worlds.raycast import simulate_scan
 from scenes import (
@@ -79,20 +85,15 @@ def test_solid_is_inferred_behind_a_wall_but_not_at_the_ends_of_what_was_seen():
     for x in (0.0, 0.1, -0.15):
         assert [source(memory, x, face + deep) for deep in (0.02, 0.25)] == [OBSERVED, INFERRED]
     beside = memory.pieces[memory.solid_behind][:, [0, 2]]
-    assert np.abs(beside).max() <= 0.3 - REMEMBERED.inferred_inset + 0.5 * REMEMBERED.spacing + 1e-9
-    assert np.abs(beside).max() >= 0.3 - REMEMBERED.inferred_inset - 2.0 * REMEMBERED.spacing
+    assert np.abs(beside).max() <= 0.3 - INFERRED_INSET + 0.5 * REMEMBERED.spacing + 1e-9
+    assert np.abs(beside).max() >= 0.3 - INFERRED_INSET - 2.0 * REMEMBERED.spacing
 
 
-def test_inferred_solid_is_as_deep_as_asked_for_without_a_hole():
-    for depth in (0.25, 0.45, 0.8):
-        memory = seen_from(world_of([WALL]), [(0.0, 0.0)], replace(REMEMBERED, inferred_depth=depth))
-        for deep in np.linspace(0.002, depth - 0.01, 60):
-            assert clearance(memory, 0.0, 0.4 - RADIUS + deep) < 0.0
-        assert clearance(memory, 0.0, 0.4 - RADIUS + depth + 0.01) > 0.0
-    for depth in (0.0, 0.10, 0.18):
-        memory = seen_from(world_of([WALL]), [(0.0, 0.0)], replace(REMEMBERED, inferred_depth=depth))
-        assert not memory.solid_behind.any()
-        assert INFERRED not in memory.field.source
+def test_inferred_solid_is_without_a_hole():
+    memory = seen_from(world_of([WALL]), [(0.0, 0.0)])
+    for deep in np.linspace(0.002, INFERRED_DEPTH - 0.01, 60):
+        assert clearance(memory, 0.0, 0.4 - RADIUS + deep) < 0.0
+    assert clearance(memory, 0.0, 0.4 - RADIUS + INFERRED_DEPTH + 0.01) > 0.0
 
 
 def test_solid_inferred_within_a_thin_wall_goes_once_both_sides_were_seen():
@@ -142,9 +143,9 @@ def test_a_face_seen_edge_on_does_not_reach_to_what_is_behind_it():
     assert not ((memory.pieces[:, [0, 2]] > 0.46) & (memory.pieces[:, [0, 2]] < 0.54)).any()
 
 
-def test_memory_is_bounded_by_number_and_what_was_seen_longest_ago_goes():
-    settings = replace(REMEMBERED, max_pieces=100)
-    memory = seen_from(world_of([WALL]), [(x, 0.0) for x in np.arange(0.0, 2.0, 0.05)], settings)
+def test_memory_is_bounded_by_number_and_what_was_seen_longest_ago_goes(monkeypatch):
+    monkeypatch.setattr(update, "MOST_PIECES", 100)
+    memory = seen_from(world_of([WALL]), [(x, 0.0) for x in np.arange(0.0, 2.0, 0.05)])
     assert len(memory.pieces) == 100
     assert memory.pieces[:, [0, 2]].min() > 0.2
     assert clearance(memory, 1.9, 0.3) == pytest.approx(0.01, abs=1e-9)

@@ -33,6 +33,7 @@ from collplan_core.paper_planner.costs.velocity import (
     velocity_costs,
 )
 from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
+from collplan_core.paper_planner.sampling_space import PRUNE_DISTANCE
 from collplan_core.reflection import Ring
 from collplan_core.velocity_bounds import velocity_bounds
 from scenes import SETTINGS, TURN, cluttered_worlds, free_polygon, map_of, rotation, star_map, unit
@@ -292,7 +293,7 @@ def test_by_hand_the_printed_speed_set_depends_on_the_frontiers_length():
     assert SPEED_COUNTS["printed"](frontier_of, 4).tolist() == [3, 3, 3, 1]
 
 
-D_PRUNE, SPACING = SETTINGS.planner.prune_distance, SETTINGS.planner.frontier_spacing
+D_PRUNE, SPACING = PRUNE_DISTANCE, SETTINGS.planner.frontier_spacing
 GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
 
 

@@ -10,14 +10,17 @@ from collplan_core.time_to_goal_planner.arrival import BRAKING_SHARE, UNSTOPPABL
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, PENDING, clearance_at
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES, Contact, Motion, contact_cost, margin_cost
 from collplan_core.time_to_goal_planner.model import (
+    AVERSE_COSTS,
     CONTROL_INTERVAL,
     IMPACT_SPEED,
+    INFERRED_COST,
     STEP,
     Problem,
     RobotModel,
     contact_costs,
     robot_model,
 )
+from collplan_core.time_to_goal_planner.plan_cycle import LONGEST_PLAN
 from collplan_core.velocity_law import velocity_after
 from scenes import rotation, unit
 from time_to_goal_scenes import (
@@ -180,8 +183,8 @@ def test_what_a_contact_costs():
     p = SETTINGS.time_to_goal
     assert cost_of(bounce, OBSERVED, 1.0) == pytest.approx(p.hit_cost)
     assert cost_of(tolerate, OBSERVED, 1.0) == 0.0
-    assert cost_of(avoid, OBSERVED, 0.5) == pytest.approx(p.averse_cost + 0.5 * p.averse_speed_cost)
-    assert cost_of(bounce, INFERRED, 1.0) == cost_of(tolerate, INFERRED, 1.0) == pytest.approx(p.inferred_cost)
+    assert cost_of(avoid, OBSERVED, 0.5) == pytest.approx(AVERSE_COSTS[0] + 0.5 * AVERSE_COSTS[1])
+    assert cost_of(bounce, INFERRED, 1.0) == cost_of(tolerate, INFERRED, 1.0) == pytest.approx(INFERRED_COST)
     assert cost_of(avoid, INFERRED, 0.5) == cost_of(avoid, OBSERVED, 0.5)
     for costs in (bounce, tolerate, avoid):
         assert cost_of(costs, SLIDES, 0.05) == cost_of(costs, NO_CONTACT, 0.0) == 0.0
@@ -198,7 +201,7 @@ def test_a_contact_above_the_limit_costs_more_than_any_other_plan_and_a_harder_o
     strategy, limit, slower, over, more
 ):
     costs = contact_costs(with_strategy(strategy, limits__impact_speed=limit))
-    longest = SETTINGS.time_to_goal.longest_plan
+    longest = LONGEST_PLAN
     for kind in (OBSERVED, INFERRED):
         slow = IMPACT_SPEED + slower * (limit - IMPACT_SPEED)
         assert 0.0 <= cost_of(costs, kind, slow) <= cost_of(costs, kind, limit) < 5.0

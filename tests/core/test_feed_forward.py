@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE
 from collplan_core.control.feed_forward import feed_forward
-from collplan_core.control.follow import ControllerMemory, follow
+from collplan_core.control.follow import K_I, ControllerMemory, follow
 from collplan_core.control.reference import found_reference
 from collplan_core.plan import Plan, timed_path
 from collplan_core.reflection import rebound
@@ -181,7 +181,7 @@ def test_the_controller_adds_what_leads_back_to_the_rollout():
     command, memory = followed(plan, (0.21, -0.02), 10.4)
     np.testing.assert_allclose(command.reference, (0.2, 0.0), atol=1e-9)
     gain = SETTINGS.controller.k_p
-    beside = (gain + SETTINGS.controller.k_i / SETTINGS.controller.rate) * 0.02
+    beside = (gain + K_I / SETTINGS.controller.rate) * 0.02
     np.testing.assert_allclose(command.velocity, (0.5 - gain * 0.01, beside), atol=1e-9)
     assert command.maneuver == FREE_SPACE
     unpushed = replace(memory, integral=np.zeros(2))

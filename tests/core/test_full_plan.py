@@ -22,6 +22,7 @@ from collplan_core.time_to_goal_planner.initial_plans import (
     tracked,
 )
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
+from collplan_core.time_to_goal_planner.plan_cycle import HORIZON, N_STARTS
 from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from scenes import unit
@@ -46,7 +47,7 @@ from time_to_goal_scenes import (
 
 FEW = settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
 STRATEGIES = ("bounce", "tolerate", "avoid", "stop_guarantee")
-N_STEPS = round(SETTINGS.time_to_goal.horizon / STEP)
+N_STEPS = round(HORIZON / STEP)
 MOST = 160
 """Control intervals that a plan has room for."""
 U_TURN = walls((-1.2, -0.5), (1.0, -0.5), (1.0, 0.5), (-1.2, 0.5), (-1.2, -0.5)), walls((-1.2, 0.0), (0.5, 0.0))
@@ -126,7 +127,7 @@ def test_refinement_makes_plans_faster(scene):
     for strategy in STRATEGIES:
         problem, state = of_strategy(scene(), strategy), state_in(scene)
         coarse, started = coarse_in(problem, state), []
-        for place in best_coarse(coarse.costs, SETTINGS.time_to_goal.n_starts):
+        for place in best_coarse(coarse.costs, N_STARTS):
             commands, _ = coarse_commands(coarse, place, N_STEPS, N_STEPS // 2)
             started.append(carried_on(problem, state, commands))
             assert has_arrived(problem, started[-1])

@@ -14,6 +14,8 @@ from collplan_core.evaluation.impact_matching import (
 )
 from collplan_core.impact import POSES, Impact, measured_impact
 from collplan_core.loop.impact_alarm import ImpactAlarm
+from collplan_core.paper_planner import foreseen_contacts as foreseen_contacts_module
+from collplan_core.paper_planner.costs.model import REBOUND_HORIZON
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.plan import Contacts
 from collplan_core.state import State
@@ -151,15 +153,15 @@ def test_by_hand_an_observed_boundary_on_the_way():
     np.testing.assert_allclose(found.velocities_after, [[-E * 0.5, 0.2 - 0.2 / 3.0]], atol=1e-6)
 
 
-def test_by_hand_a_predicted_boundary_behind_the_end():
+def test_by_hand_a_predicted_boundary_behind_the_end(monkeypatch):
     """A corridor wall goes on beyond the map at y = 0.2: a plan that ends slanting up meets it just outside."""
     local_map = map_of(world_of([box(-4.0, 0.2 + RADIUS, 4.0, 0.6)]))
     path, velocities = straight((0.0, 0.0), (0.6, 0.15))
     found = foreseen_contacts(local_map, TIMES, path, velocities, SETTINGS)
     # 0.05 m more at 0.15 m/s
-    assert len(found.times) == (SETTINGS.planner.rebound_horizon >= 0.05 / 0.15)
-    longer = SETTINGS.with_values({"planner.rebound_horizon": 0.4})
-    found = foreseen_contacts(local_map, TIMES, path, velocities, longer)
+    assert len(found.times) == (REBOUND_HORIZON >= 0.05 / 0.15)
+    monkeypatch.setattr(foreseen_contacts_module, "REBOUND_HORIZON", 0.4)
+    found = foreseen_contacts(local_map, TIMES, path, velocities, SETTINGS)
     np.testing.assert_allclose(found.times, [8.0 + 1 / 3], atol=1e-6)
     np.testing.assert_allclose(found.points, [[0.8, 0.2 + RADIUS]], atol=1e-6)
     np.testing.assert_allclose(found.velocities_after, [[0.6 - MU * (1.0 + E) * 0.15, -E * 0.15]], atol=1e-6)

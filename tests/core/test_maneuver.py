@@ -10,9 +10,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
+from collplan_core.control import follow as follow_module
 from collplan_core.control.follow import (
     ENGAGED,
+    INCIDENCE_THRESHOLD,
+    K_YAW,
     RELEASED,
+    SWITCH_DISTANCE,
     WAITING,
     ControllerMemory,
     boundary_reference,
@@ -40,7 +44,7 @@ from scenes import (
 )
 
 BY_INCIDENCE, AS_PRINTED = Control(), Control(maneuver_rule="printed")
-THRESHOLD, DELTA = BY_INCIDENCE.incidence_threshold, 0.15
+THRESHOLD, DELTA = INCIDENCE_THRESHOLD, SWITCH_DISTANCE
 GAP = 0.3
 
 
@@ -212,7 +216,7 @@ def test_by_hand_phi():
         (RELEASED, 0.00, RELEASED),
     ]
     for stage, x, after in table:
-        assert update_engaged(stage, np.array([x, 0.0]), CONTACT, RELEASE, DELTA) == after, (stage, x)
+        assert update_engaged(stage, np.array([x, 0.0]), CONTACT, RELEASE) == after, (stage, x)
 
 
 def test_by_hand_a_path_that_comes_back_passes_through_only_where_it_is_deep():
@@ -255,9 +259,9 @@ def step(memory, plan, position=(0.0, 0.0), now=0.0, yaw=0.0, settings=SETTINGS,
     return follow(memory, plan, local_map, at_rest(position, yaw), now, settings)
 
 
-def test_in_free_space_the_spline_is_tracked():
-    proportional = SETTINGS.with_values({"controller.k_i": 0.0})
-    command, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), (0.02, 0.2), now=0.5, settings=proportional)
+def test_in_free_space_the_spline_is_tracked(monkeypatch):
+    monkeypatch.setattr(follow_module, "K_I", 0.0)
+    command, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), (0.02, 0.2), now=0.5)
     np.testing.assert_allclose(command.reference, [0.0, 0.25], atol=1e-9)
     np.testing.assert_allclose(command.velocity, [4 * -0.02, 0.5 + 4 * 0.05], atol=1e-6)
     assert command.maneuver == FREE_SPACE
@@ -335,4 +339,4 @@ def test_the_command_is_in_the_body_frame_and_within_v_max(yaw, x, y, now):
 def test_the_first_heading_is_held():
     _, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), yaw=3.1)
     command, _ = step(memory, plan_to((0.0, 0.5)), yaw=-3.1)
-    assert command.yaw_rate == pytest.approx(-SETTINGS.controller.k_yaw * (2 * np.pi - 6.2))
+    assert command.yaw_rate == pytest.approx(-K_YAW * (2 * np.pi - 6.2))

@@ -52,7 +52,7 @@ def sort_all(states, scans) -> list[SortedReturns]:
     memory, found = MoverMemory(), []
     for state, scan in zip(states, scans, strict=True):
         noise = range_noise(scan)
-        seen = seen_surfaces(on_wall_lines(scan, noise), state, SETTINGS.local_map)
+        seen = seen_surfaces(on_wall_lines(scan, noise), state)
         returns, memory = find_movers(memory, scan, noise, seen, state, SETTINGS.movers)
         found.append(returns)
     return found

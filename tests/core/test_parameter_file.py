@@ -310,7 +310,7 @@ SCALED = [spec for spec in all_specs().values() if spec.of_radius]
 
 @given(st.floats(0.03, 0.3), st.floats(0.03, 0.3))
 def test_lengths_at_their_defaults_follow_the_radius_and_others_stay(first, second):
-    assert len(SCALED) == 12
+    assert len(SCALED) == 9
     given = {"robot.radius": first, "time_to_goal.grid_spacing": 0.0517}
     once = Settings().with_values(given)
     twice = once.with_values({"robot.radius": second})

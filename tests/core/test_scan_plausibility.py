@@ -69,7 +69,7 @@ def judged(states, scans, taken=SETTINGS.scan) -> list[str]:
     reasons, memory = [], ScanMemory()
     for state, scan in zip(states, scans, strict=True):
         masked, beams = masked_beams(scan, taken), standing_at(state, scan)
-        seen = seen_surfaces(on_wall_lines(scan, range_noise(scan)), state, SETTINGS.local_map)
+        seen = seen_surfaces(on_wall_lines(scan, range_noise(scan)), state)
         reason, memory = judge_scan(memory, scan, masked, beams, seen, state, SETTINGS.limits)
         reasons.append(reason)
     return reasons
@@ -186,7 +186,7 @@ def test_walls_hidden_since_by_a_parallel_one_make_no_scan_late():
     state = State(1.0, np.array([1.5, 0.5]), np.array([0.0, 1.0]), 0.0)
     scan = simulate_scan(DOOR, state, SETTINGS.lidar)
     beams, masked = standing_at(state, scan), np.zeros(len(scan.ranges), bool)
-    seen = seen_surfaces(on_wall_lines(scan, range_noise(scan)), state, SETTINGS.local_map)
+    seen = seen_surfaces(on_wall_lines(scan, range_noise(scan)), state)
     shown = wall_of_each_beam(seen, scan, state.position)
     shown = shown[~np.isnan(shown[:, 0])]
     behind = shown[shown[:, 3] > 0.9]

@@ -15,12 +15,21 @@ from collplan_core.plan import NoPlan
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL
+from collplan_core.time_to_goal_planner import model
 from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
 from collplan_core.time_to_goal_planner.full_plan import roll
 from collplan_core.time_to_goal_planner.initial_plans import SWITCH_STEPS, coarse_plans
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
-from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, SETTLED, SMOOTHED, RolloutMemory, plan_cycle
+from collplan_core.time_to_goal_planner.plan_cycle import (
+    CHUNK,
+    N_STARTS,
+    SETTLED,
+    SMOOTHED,
+    START_PROPOSALS,
+    RolloutMemory,
+    plan_cycle,
+)
 from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.worlds.raycast import simulate_scan
 from loop_scenes import IDENTITY, cycles
@@ -30,8 +39,7 @@ from time_to_goal_scenes import RADIUS, SETTINGS, motion_in, with_strategy
 FEW = settings(derandomize=True, deadline=None, max_examples=6, print_blob=True)
 STRATEGIES = sorted(TIME_TO_GOAL)
 CHEAP = {
-    "remembered__side": 3.0, "time_to_goal__grid_spacing": 0.05, "time_to_goal__start_proposals": 20,
-    "time_to_goal__proposals": 100, "time_to_goal__n_starts": 2,
+    "remembered__side": 3.0, "time_to_goal__grid_spacing": 0.05, "time_to_goal__proposals": 100
 }  # fmt: skip
 OPEN = world_of()
 TURN = world_of([box(-1.0, 0.2, 0.35, 0.25), box(0.65, -0.5, 0.75, 0.8)])
@@ -41,7 +49,7 @@ TRIED = (25, 13, 12)
 """Velocities tried without a plan in force, and by turns with one."""
 STEP_CHANGE = SETTINGS.robot.max_acceleration * STEP
 """Change of velocity within a step [m/s]."""
-UNREFINED = {"time_to_goal__proposals": 0, "time_to_goal__start_proposals": 0}
+UNREFINED = {"time_to_goal__proposals": 0}
 
 
 def cheap(strategy: str = "bounce", **values) -> Settings:
@@ -128,8 +136,11 @@ def test_refinement_of_a_plan_that_gains_no_more_ends(monkeypatch):
         return better
 
     monkeypatch.setattr(plan_cycle_module, "refine", counted)
-    setting = with_strategy("bounce", time_to_goal__start_proposals=0, time_to_goal__proposals=21 * CHUNK)
+    setting = with_strategy("bounce", time_to_goal__proposals=21 * CHUNK)
     cycle(None, TURN, state_at(), setting=setting)
+    started = [gained for count, gained in tried if count == START_PROPOSALS]
+    tried = tried[len(started) :]
+    assert len(started) == N_STARTS
     assert 1 < len(tried) < 40
     assert all(count == CHUNK for count, _ in tried)
     # after smoothing, of the best plan, and after it is smoothed again
@@ -137,14 +148,15 @@ def test_refinement_of_a_plan_that_gains_no_more_ends(monkeypatch):
 
 
 EVEN = {
-    "rebound__restitution": 0.0, "time_to_goal__hit_cost": 0.4, "time_to_goal__averse_speed_cost": 0.4,
-    "time_to_goal__inferred_cost": 0.4, "time_to_goal__averse_cost": 0.0,
+    "rebound__restitution": 0.0, "time_to_goal__hit_cost": 0.4,
     "time_to_goal__tolerant_distance": 0.02, "time_to_goal__averse_distance": 0.02,
 }  # fmt: skip
 
 
-def test_strategies_differ_in_nothing_but_what_contacts_do_and_cost():
+def test_strategies_differ_in_nothing_but_what_contacts_do_and_cost(monkeypatch):
     """And where all of it is even, they plan alike."""
+    monkeypatch.setattr(model, "AVERSE_COSTS", (0.0, 0.4))
+    monkeypatch.setattr(model, "INFERRED_COST", 0.4)
     bounce, avoid = cheap("bounce", **EVEN), cheap("avoid", **EVEN)
     assert (robot_model(bounce), contact_costs(bounce)) == (robot_model(avoid), contact_costs(avoid))
     for one, two in zip(*(driven_on(TURN, each, cycles=3)[0] for each in (bounce, avoid)), strict=True):

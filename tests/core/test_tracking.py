@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.command import STOPPED, Command, stopped
-from collplan_core.control.follow import clip_command, hold_heading, pid, saturate, to_body
+from collplan_core.control.follow import INTEGRAL_LIMIT, K_I, clip_command, hold_heading, pid, saturate, to_body
 from collplan_core.control.reference import found_reference, sample_reference
 from collplan_core.parameters import Control, Limits, Robot
 from collplan_core.plan import Plan, timed_path
@@ -38,12 +38,12 @@ def test_the_body_frame_is_turned_by_the_yaw(v, yaw):
 
 @given(yaw=angles, held=angles)
 def test_the_heading_is_held_the_short_way(yaw, held):
-    rate = hold_heading(yaw, held, CONTROL)
+    rate = hold_heading(yaw, held)
     error = (held - yaw + np.pi) % (2 * np.pi) - np.pi
     assert abs(rate) <= ROBOT.max_yaw_rate + 1e-12
     if abs(abs(error) - np.pi) > 1e-9:
         assert rate * error >= 0.0
-        assert abs(rate) == pytest.approx(min(2.0 * abs(error), abs(hold_heading(0.0, 3.0, CONTROL))), abs=1e-9)
+        assert abs(rate) == pytest.approx(min(2.0 * abs(error), abs(hold_heading(0.0, 3.0))), abs=1e-9)
 
 
 def test_by_hand_a_command_is_cut_to_the_most_and_refused_beyond_half_as_much_again_or_if_it_is_not_finite():
@@ -66,23 +66,23 @@ def run_pid(control: Control, error, steps: int, forward=ZERO):
 
 
 def test_by_hand_pid():
-    control = replace(CONTROL, k_p=1.0, k_i=2.0, k_d=0.5)
+    control = replace(CONTROL, k_p=1.0)
     given_ = [0.04, 0.0], [0.2, 0.1], [0.2, 0.2], [0.2, 0.1], [0.05, 0.0]
     command, integral = pid(*map(np.array, given_), control, ROBOT, BOUNDS)
-    aside = 2.0 * 0.02 * 0.05
+    aside = K_I * 0.02 * 0.05
     np.testing.assert_allclose(integral, [0.05 + aside, -aside])
     np.testing.assert_allclose(command, [0.2 + 0.04 + 0.05 + aside, 0.1 + 0.05 - aside])
 
 
 def test_the_integral_does_not_grow_along_what_is_cut_off_and_never_exceeds_its_limit():
-    control = replace(CONTROL, k_p=1.0, k_i=2.0)
+    control = replace(CONTROL, k_p=1.0)
     _, wound = run_pid(control, [0.5, 0.0], 200)  # the wheels are at their largest acceleration
     assert np.hypot(*wound) <= ROBOT.max_acceleration * ROBOT.velocity_lag
     command, wound = run_pid(control, [0.05, 0.02], 200, np.array([ROBOT.max_speed, 0.0]))
     assert np.hypot(*command) == pytest.approx(ROBOT.max_speed)
     assert wound[0] < 0.02 < 0.1 < wound[1]
-    _, limited = run_pid(replace(control, integral_limit=0.1), [0.02, 0.0], 2000)
-    np.testing.assert_allclose(limited, [0.1, 0.0])
+    _, limited = run_pid(control, [0.02, 0.0], 2000)
+    np.testing.assert_allclose(limited, [INTEGRAL_LIMIT, 0.0])
 
 
 TIMES = np.linspace(10.0, 11.0, 65)

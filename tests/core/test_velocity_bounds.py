@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from collplan_core.control.follow import ControllerMemory, clip_command, cut_to_bounds, follow, saturate
 from collplan_core.control.permission import is_relocated
 from collplan_core.paper_planner import plan_cycle as paper
+from collplan_core.paper_planner import trajectory
 from collplan_core.parameters import Limits, Robot, Settings
 from collplan_core.plan import timed_path
 from collplan_core.sensing.pose_filter import FRESH, SPEED, PoseSample, filter_pose
@@ -28,9 +29,7 @@ vectors = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)).map(np.array)
 yaws = st.floats(-4.0, 4.0)
 TURN = world_of([box(-1.0, 0.2, 0.35, 0.25), box(0.65, -0.5, 0.75, 0.8)])
 SHAPES = {
-    shape: Settings().with_values(
-        {"robot.velocity_shape": shape, "time_to_goal.proposals": 60, "time_to_goal.start_proposals": 20}
-    )
+    shape: Settings().with_values({"robot.velocity_shape": shape, "time_to_goal.proposals": 60})
     for shape in ("disc", "box")
 }
 
@@ -110,11 +109,12 @@ def test_every_candidate_and_plan_of_the_paper_is_within_the_box(yaw, bearing, v
 
 
 @pytest.mark.parametrize(("strategy", "away"), [("bounce", 3.0), ("avoid", 3.0), ("harness", 0.4)])
-def test_along_the_diagonal_of_a_box_a_plan_is_shorter_by_the_root_of_2(strategy, away):
+def test_along_the_diagonal_of_a_box_a_plan_is_shorter_by_the_root_of_2(strategy, away, monkeypatch):
+    monkeypatch.setattr(trajectory, "PEAK", 100.0)
     planner = paper if strategy == "harness" else time_to_goal
     yaw, lasts = np.pi / 4, []
     for shape, most in (("disc", V_MAX), ("box", SQRT2 * V_MAX)):
-        chosen = SHAPES[shape].with_values({"planner.strategy": strategy, "planner.acceleration_factor": 100.0})
+        chosen = SHAPES[shape].with_values({"planner.strategy": strategy})
         state = at_rest(yaw=yaw, velocity=(0.0, most))
         plan, _ = planner.plan_cycle(None, map_of(world_of()), state, np.array([0.0, away]), chosen)
         lasts.append(plan.times[-1])

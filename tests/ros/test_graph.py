@@ -17,7 +17,7 @@ from simulated_graph import Graph
 
 def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros):
     """The strategy is set at planner_node alone."""
-    few = {"time_to_goal__start_proposals": 20, "time_to_goal__proposals": 50, "time_to_goal__time_budget": 1.0}
+    few = {"time_to_goal__proposals": 20, "time_to_goal__time_budget": 1.0}
     graph = Graph(ros, "corridor", planner__map_period=0.1, **few)
     costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
 

@@ -37,7 +37,6 @@ from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 
 AHEAD = np.array([2.0, 0.0])
-"""A map_period in which no plan is due while a test looks on [s]."""
 
 
 def identity(status):

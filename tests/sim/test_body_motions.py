@@ -23,7 +23,7 @@ from omnipuck_sim.robot.physics import Simulator
 MIDDLE = np.array([1.5, 1.5])
 HALL = World("hall", (), np.zeros((0, 3)), (0.0, 0.0, 3.0, 3.0), True, MIDDLE, None)
 OFFSET = (0.02, -0.01, math.radians(6.0))
-QUIET = {"actuation_noise": 0.004, "actuation_bias": 0.01}
+QUIET = {"noise": 0.1, "mocap_noise": 0.02}
 
 
 class Stepped:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from collplan_core.control.feed_forward import feed_forward
-from collplan_core.control.follow import saturate
+from collplan_core.control.follow import FULL_ACCELERATION_LEAD, saturate
 from collplan_core.control.reference import found_reference
 from collplan_core.plane import rotate
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
@@ -145,8 +145,8 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
     reference = found_reference(rows[:, 0], rows[:, 1:3], MODEL.wheels.max_acceleration)
 
     def command(time: float) -> np.ndarray:
-        lead = SETTINGS.controller.full_acceleration_lead
-        forward = feed_forward(reference, time, PERIOD, MODEL.wheels, velocity_bounds(SETTINGS.robot), lead)
+        bounds = velocity_bounds(SETTINGS.robot)
+        forward = feed_forward(reference, time, PERIOD, MODEL.wheels, bounds, FULL_ACCELERATION_LEAD)
         return saturate(np.array(forward), SPEED)
 
     return simulated(world, rows[0, 3:], command, PERIOD)

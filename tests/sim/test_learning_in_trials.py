@@ -11,7 +11,7 @@ from collplan_core.replay.reading import events_of, rows_of
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import TrialNodes, run_trial
 
-FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
+FEW = {"time_to_goal.proposals": 20}
 
 
 def driven(journal=None, seed=1, **values):

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from collplan_core.evaluation.run_end import ACTUATION_BIAS, ACTUATION_NOISE
 from collplan_core.parameters import Limits, Settings, Simulation
 from collplan_core.worlds import WorldError
+from omnipuck_sim.robot.noise import Noise
 from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import QUIET, make_world, unit
 
@@ -93,15 +95,10 @@ def test_a_robot_commanded_to_stand_still_stands_still_in_spite_of_noise():
 
 
 def test_actuation_noise_has_its_level_and_the_bias_is_constant_in_a_run_and_differs_between_runs():
-    config = replace(noisy(actuation_bias=0.0), robot=replace(QUIET.robot, velocity_lag=0.0, max_acceleration=20.0))
-    velocities = drive(Simulator(OPEN, config, 1), (0.5, -0.3), 0.0, 60.0)[19::20]
-    assert velocities.mean(axis=0) == pytest.approx([0.5, -0.3], abs=0.01)
-    assert velocities.std(axis=0) == pytest.approx([0.06, 0.06], rel=0.1)
-    config = noisy(actuation_noise=0.0, start_noise=0.0)
-    biases = [drive(Simulator(OPEN, config, seed), (0.5, 0.0), 0.0, 2.0)[-1] - [0.5, 0.0] for seed in range(60)]
-    assert np.std(biases) == pytest.approx(0.03, rel=0.25)
-    steady = drive(Simulator(OPEN, config, 7), (0.5, 0.0), 0.0, 3.0)[800:]
-    assert np.ptp(steady, axis=0) == pytest.approx([0.0, 0.0], abs=1e-3)
+    runs = [Noise(Simulation(), seed) for seed in range(60)]
+    errors = np.array([[run.actuation() for _ in range(2000)] for run in runs])
+    assert errors.std(axis=1) == pytest.approx(np.full((60, 2), ACTUATION_NOISE), rel=0.1)
+    assert errors.mean(axis=1).std() == pytest.approx(ACTUATION_BIAS, rel=0.25)
 
 
 def test_measured_poses_scatter_about_the_truth():
@@ -123,7 +120,7 @@ def test_measured_poses_scatter_about_the_truth():
 
 def test_strategies_meet_the_same_noise():
     """Whatever is measured or commanded before, the errors at one time are the same."""
-    a, b = (Simulator(OPEN, noisy(start_noise=0.0), 5) for _ in range(2))
+    a, b = (Simulator(OPEN, noisy(), 5) for _ in range(2))
     drive(a, (0.0, 0.0), 0.0, 1.0)
     drive(b, (0.3, 0.3), 0.0, 1.0)
     for _ in range(50):

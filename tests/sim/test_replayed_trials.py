@@ -14,7 +14,7 @@ from collplan_core.replay.reading import Call, events_of, rows_of
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
 
-FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
+FEW = {"time_to_goal.proposals": 20}
 """Of what refinement tries: a plan is as much one as with more."""
 
 

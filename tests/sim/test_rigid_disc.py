@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnipuck_sim.robot import disc
-from physics_scenes import QUIET, RADIUS, RESTITUTION, V_MAX, WALL, hit, launched, make_world, quiet, rigid_disc, unit
+from physics_scenes import QUIET, RADIUS, V_MAX, WALL, hit, launched, make_world, quiet, rigid_disc, unit
 
 SPEEDS = (0.3, 0.7, 1.2)
 
@@ -69,12 +69,6 @@ def test_wheels_keep_their_speed_in_a_hit_and_traction_pulls_the_body_back_into_
             sim.step()
         slowest.append(-sim.state.velocity[0])
     assert slowest[1] < 0.8 * slowest[0]
-
-
-def test_restitution_falls_with_speed_where_asked():
-    for speed in SPEEDS:
-        after, _ = hit(np.array([speed, 0.0]), quiet(restitution_slope=0.2))
-        assert -after[0] / speed == pytest.approx(RESTITUTION - 0.2 * speed, abs=1e-6)
 
 
 def test_abutting_rectangles_have_no_seam():

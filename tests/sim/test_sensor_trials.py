@@ -66,9 +66,7 @@ def test_with_a_low_cost_lidar_scans_come_late_by_sweep_and_latency_and_the_goal
 def test_beams_are_cast_from_where_the_robot_truly_is(heard):
     """Mocap noise moves the poses, not the LIDAR: with a large one the scans fit the truth all the same."""
     world = load_world("corridor")
-    run(
-        **{"lidar.sensor": "low_cost", "trial.timeout": 1.0, "simulator.mocap_noise": 0.1, "simulator.start_noise": 0.0}
-    )
+    run(**{"lidar.sensor": "low_cost", "trial.timeout": 1.0, "simulator.noise": 0.1, "simulator.mocap_noise": 0.1})
     # the robot has not moved yet
     first, pose = heard.scans[0][1], heard.poses[0][1]
     at_start = type(pose)(0.0, np.asarray(world.start, dtype=float), np.zeros(2), 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from collplan_core.command import MANEUVERS
-from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT
+from collplan_core.evaluation.run_end import ACTUATION_BIAS, ACTUATION_NOISE, REACHED, STUCK, TIMEOUT
 from collplan_core.parameters import ParameterError, Settings
 from collplan_core.planners import map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS
@@ -65,7 +65,7 @@ def test_in_the_corridor_low_risk_takes_the_detour_and_high_risk_the_passage(see
 
 
 def test_what_a_run_reports_fits_together():
-    noise = 5 * (SETTINGS.simulator.actuation_noise + SETTINGS.simulator.actuation_bias)
+    noise = 5 * (ACTUATION_NOISE + ACTUATION_BIAS)
     fastest = SETTINGS.robot.max_speed + noise
     for world, strategy in zip(ARENAS, STRATEGIES, strict=True):
         result = trial(world, strategy)

@@ -44,9 +44,9 @@ def warm_up() -> None:
     assert world.goal is not None, "the shipped arenas have a goal"
     state = State(0.0, np.array(world.start), np.array([0.1, 0.0]), 0.0)
     scan = simulate_scan(world, state, settings.lidar)
-    scan_plausibility.warm_up(scan, seen_surfaces(scan, state, settings.local_map), state, settings.limits)
+    scan_plausibility.warm_up(scan, seen_surfaces(scan, state), state, settings.limits)
     wall_lines.warm_up(scan)
-    finding.warm_up(scan, seen_surfaces(scan, state, settings.local_map), state, settings.movers)
+    finding.warm_up(scan, seen_surfaces(scan, state), state, settings.movers)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
     motion_under_way(state, np.zeros((1, 3)), 0.01, 0.01, local_map, settings)
     onto = Command(np.array([settings.robot.max_speed, 0.0]), 0.0, FREE_SPACE, np.zeros(2))

@@ -72,7 +72,7 @@ class MeasuredRobot:
             velocity: finite.
             yaw: the heading measured last [rad].
         """
-        turn = hold_heading(yaw, 0.0, self._settings.controller)
+        turn = hold_heading(yaw, 0.0)
         self._simulator.command(cut_to_bounds(velocity, velocity_bounds(self._settings.robot)), turn)
         return self._advance()
 

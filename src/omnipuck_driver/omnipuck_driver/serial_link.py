@@ -52,7 +52,11 @@ def _group(path: str) -> str:
 
 
 FIRST_WAIT = 0.05
-"""Pause after the first attempt in vain; each further one takes twice as long, up to driver.longest_wait [s]."""
+"""Pause after the first attempt in vain; each further one takes twice as long, up to LONGEST_WAIT [s]."""
+LONGEST_WAIT = 1.0
+"""Longest pause between two attempts to open the device [s]."""
+LINK_TIMEOUT = 0.3
+"""Silence of the firmware after which a new session begins with a robot at rest [s]."""
 MOST_READ = 4096
 """Most bytes read at once."""
 LONGEST_QUEUE = 0.02
@@ -70,7 +74,7 @@ class SerialLink:
 
     def __init__(self, driver: Driver, n_wheels: int, caps: WheelCaps) -> None:
         """Opens nothing yet; no wheel is to exceed `caps`."""
-        self.session = Session(n_wheels, driver.link_timeout, caps)
+        self.session = Session(n_wheels, LINK_TIMEOUT, caps)
         self.waits_for = f"{driver.port}: not opened yet"
         self.sent = 0
         self.unsent = 0
@@ -142,7 +146,7 @@ class SerialLink:
         except PortError as error:
             self.waits_for = str(error)
             self._next_attempt = now + self._wait
-            self._wait = min(2 * self._wait, self._driver.longest_wait)
+            self._wait = min(2 * self._wait, LONGEST_WAIT)
             return
         self.waits_for = ""
         self._wait = FIRST_WAIT

@@ -23,18 +23,31 @@ from collplan_core.state import State
 from collplan_core.velocity_bounds import VelocityBounds, fastest_along, velocity_bounds
 from collplan_core.velocity_law import velocity_law
 
+K_I = 1.0
+"""Integral gain on the position beside the path [1/s^2]."""
+INTEGRAL_LIMIT = 0.2
+"""Largest velocity that the integral may add [m/s]."""
+K_YAW, MAX_YAW_RATE = 2.0, 1.0
+"""Gain that holds the first heading [1/s], and largest yaw rate commanded for it [rad/s]."""
+FULL_ACCELERATION_LEAD = 0.6
+"""Largest lead of the command over the velocity where the path requires full acceleration [m/s]."""
+INCIDENCE_THRESHOLD = math.radians(45.0)
+"""Angle between path and boundary below which the boundary is followed [rad]."""
+SWITCH_DISTANCE = 0.15
+"""delta, distance to the contact point at which a maneuver engages [m]."""
+
 
 def incidence(contact: ContactPoint) -> float:
     """Angle between the reference and the boundary at the contact, 0 along it, pi/2 square on [rad]."""
     return math.asin(min(1.0, abs(float(contact.direction @ contact.normal))))
 
 
-def by_incidence(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
-    """The maneuver by angle: contacts flatter than the threshold [rad] follow the boundary, others flow through."""
-    return BOUNDARY_FOLLOWING if incidence(contact) < threshold else FLOW_THROUGH
+def by_incidence(path: np.ndarray, contact: ContactPoint) -> str:
+    """The maneuver by angle: contacts flatter than INCIDENCE_THRESHOLD follow the boundary, others flow through."""
+    return BOUNDARY_FOLLOWING if incidence(contact) < INCIDENCE_THRESHOLD else FLOW_THROUGH
 
 
-def by_side_of_chord(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
+def by_side_of_chord(path: np.ndarray, contact: ContactPoint) -> str:
     """The maneuver as printed: by the side of the chord WP_1 WP_4 on which p_c lies, so that mirrored worlds differ."""
     chord, to_contact = path[-1] - path[0], contact.point - path[0]
     left = np.array([-chord[1], chord[0]])
@@ -49,7 +62,7 @@ def select_maneuver(path: np.ndarray, contact: ContactPoint | None, control: Con
     """Alg. 3 for a reference (n, 2): free_space without a contact, else boundary_following or flow_through."""
     if contact is None:
         return FREE_SPACE
-    return MANEUVER_RULES[control.maneuver_rule](path, contact, control.incidence_threshold)
+    return MANEUVER_RULES[control.maneuver_rule](path, contact)
 
 
 SLOW = 0.05
@@ -92,13 +105,13 @@ def pid(
     # of two numbers, `dot` gives the bits of @ in a third of its time
     speed2 = float(reference_velocity.dot(reference_velocity))
     aside = error - error.dot(reference_velocity) / max(speed2, SLOW**2) * reference_velocity
-    growth = control.k_i * aside * (1.0 / control.rate)
-    wanted = feed_forward + control.k_p * error + control.k_d * (reference_velocity - velocity) + integral + growth
+    growth = K_I * aside * (1.0 / control.rate)
+    wanted = feed_forward + control.k_p * error + integral + growth
     command = cut_to_bounds(wanted, bounds)
     lead = command - velocity
     growth = _without(growth, wanted - command)
     growth = _without(growth, lead - saturate(lead, robot.max_acceleration * robot.velocity_lag))
-    return command, saturate(integral + growth, control.integral_limit)
+    return command, saturate(integral + growth, INTEGRAL_LIMIT)
 
 
 def to_body(velocity: np.ndarray, yaw: float) -> np.ndarray:
@@ -106,10 +119,10 @@ def to_body(velocity: np.ndarray, yaw: float) -> np.ndarray:
     return np.array(rotate(velocity[0], velocity[1], -yaw))
 
 
-def hold_heading(yaw: float, held: float, control: Control) -> float:
+def hold_heading(yaw: float, held: float) -> float:
     """Yaw rate that leads back to the held heading the short way [rad/s]."""
     error = math.remainder(held - yaw, 2 * math.pi)
-    return min(max(control.k_yaw * error, -control.max_yaw_rate), control.max_yaw_rate)
+    return min(max(K_YAW * error, -MAX_YAW_RATE), MAX_YAW_RATE)
 
 
 def clip_command(
@@ -213,13 +226,11 @@ def maneuver_reference(
 WAITING, ENGAGED, RELEASED = "waiting", "engaged", "released"
 
 
-def update_engaged(
-    stage: str, position: np.ndarray, contact_point: np.ndarray, release_point: np.ndarray, switch_distance: float
-) -> str:
+def update_engaged(stage: str, position: np.ndarray, contact_point: np.ndarray, release_point: np.ndarray) -> str:
     """phi: engages within delta of p_c, releases within delta of p_d, and does not engage twice for one contact."""
-    if stage == WAITING and float(np.hypot(*(position - contact_point))) <= switch_distance:
+    if stage == WAITING and float(np.hypot(*(position - contact_point))) <= SWITCH_DISTANCE:
         return ENGAGED
-    near_release = float(np.hypot(*(position - release_point))) <= switch_distance
+    near_release = float(np.hypot(*(position - release_point))) <= SWITCH_DISTANCE
     passed = float((position - release_point) @ (release_point - contact_point)) >= 0.0
     return RELEASED if stage == ENGAGED and near_release and passed else stage
 
@@ -278,23 +289,23 @@ def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> ManeuverC
     return ManeuverCourse(plan.stamp, maneuver, contact.point, release, reference, followed)
 
 
-def _carried_stage(old: ManeuverCourse, new: ManeuverCourse, stage: str, switch_distance: float) -> str:
+def _carried_stage(old: ManeuverCourse, new: ManeuverCourse, stage: str) -> str:
     """Returns the stage for a new plan: WAITING, unless its contact point is within delta of the old one."""
     if old.contact_point is None or new.contact_point is None or old.maneuver != new.maneuver:
         return WAITING
-    return stage if float(np.hypot(*(old.contact_point - new.contact_point))) <= switch_distance else WAITING
+    return stage if float(np.hypot(*(old.contact_point - new.contact_point))) <= SWITCH_DISTANCE else WAITING
 
 
 def _engaged_now(
     memory: ControllerMemory, plan: Plan, local_map: LocalMap, state: State, settings: Settings
 ) -> ControllerMemory:
     """The memory with the course and the stage of this period. Paper: phi and delta of III-B."""
-    course, stage, delta = memory.course, memory.stage, settings.controller.switch_distance
+    course, stage = memory.course, memory.stage
     if course.stamp != plan.stamp:
         course = set_course(plan, local_map, settings)
-        stage = _carried_stage(memory.course, course, stage, delta)
+        stage = _carried_stage(memory.course, course, stage)
     if course.contact_point is not None and course.release_point is not None:
-        stage = update_engaged(stage, state.position, course.contact_point, course.release_point, delta)
+        stage = update_engaged(stage, state.position, course.contact_point, course.release_point)
     return replace(memory, course=course, stage=stage)
 
 
@@ -328,8 +339,7 @@ def follow(
     reference, reference_velocity = sample_reference(followed, now)
     forward = np.zeros(2)
     if now < plan.times[-1]:
-        lead = params.full_acceleration_lead
-        forward = np.array(feed_forward(followed, now, period, velocity_law(robot), bounds, lead))
+        forward = np.array(feed_forward(followed, now, period, velocity_law(robot), bounds, FULL_ACCELERATION_LEAD))
     velocity, integral = pid(
         reference - state.position,
         forward,
@@ -343,5 +353,5 @@ def follow(
     if memory.stage == ENGAGED or _touches(local_map.border_points, local_map.surface, *state.position.tolist()):
         integral = memory.integral
     heading = state.yaw if memory.heading is None else memory.heading
-    command = Command(to_body(velocity, state.yaw), hold_heading(state.yaw, heading, params), maneuver, reference)
+    command = Command(to_body(velocity, state.yaw), hold_heading(state.yaw, heading), maneuver, reference)
     return command, replace(memory, integral=integral, heading=heading)

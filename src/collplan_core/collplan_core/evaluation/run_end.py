@@ -12,6 +12,9 @@ from collplan_core.parameters import Settings, Trial
 ABOUT = 0.05
 """Share by which simulated time may run slower than it should and still count as on time."""
 
+ACTUATION_NOISE, ACTUATION_BIAS = 0.06, 0.03
+"""Noise per command period and bias of a run of the simulated drive, standard deviations by axis, at level 1 [m/s]."""
+
 
 @dataclass(frozen=True)
 class Timing:
@@ -108,7 +111,7 @@ OUTCOMES = {goal.SUCCEEDED: REACHED, goal.ABORTED: ABORTED, goal.CANCELED: CANCE
 def drive_noise_hint(settings: Settings) -> str:
     """Part of a reason, after another one, where the simulated drive errs by half of v_max or more; else empty."""
     simulator = settings.simulator
-    error = simulator.noise * math.hypot(simulator.actuation_noise, simulator.actuation_bias)
+    error = simulator.noise * math.hypot(ACTUATION_NOISE, ACTUATION_BIAS)
     if error < 0.5 * settings.robot.max_speed:
         return ""
     return (

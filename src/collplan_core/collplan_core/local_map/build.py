@@ -42,10 +42,10 @@ def build_local_map(
 ) -> LocalMap:
     """The local map from a scan and the pose at its stamp, never from the world. Paper: II-A.
 
-    Obstacles are grown by the robot's radius and `clearance`; the planner then moves a point. Each beam begins where
+    Obstacles are grown by the robot's radius; the planner then moves a point. Each beam begins where
     the sensor was at its instant.
     """
-    return map_of_surfaces(seen_surfaces(scan, state, mapping), state, robot, mapping, returns)
+    return map_of_surfaces(seen_surfaces(scan, state), state, robot, mapping, returns)
 
 
 def map_of_surfaces(
@@ -56,8 +56,7 @@ def map_of_surfaces(
     Args:
         returns: kinds of the scan's returns; the surfaces are without those of movers.
     """
-    radius = robot.radius + mapping.clearance
-    stages = _build(found, radius, mapping.half_side, mapping.n_rays)
+    stages = _build(found, robot.radius, mapping.half_side, mapping.n_rays)
     free, frontiers = stages.free, stages.frontiers
     predicted = PREDICTED[mapping.predicted](free, stages.shadow)
     center = state.position + stages.offset
@@ -67,7 +66,7 @@ def map_of_surfaces(
     return LocalMap(
         stamp=found.stamp,
         position=center,
-        radius=radius,
+        radius=robot.radius,
         half_side=mapping.half_side,
         reach=free.reach,
         border_points=free.border + center,

@@ -7,11 +7,15 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.surfaces import HIT, Sweep, beam_kinds, find_surfaces, fit_pieces
-from collplan_core.parameters import LocalMapping
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
 from collplan_core.sight_lines import repeats_first
 from collplan_core.state import State
+
+GRAZING_ANGLE = math.radians(10.0)
+"""Smallest angle between beam and surface that still joins two hits: Borges and Aldon 2004 [rad]."""
+SURFACE_TOLERANCE = 0.001
+"""Largest distance of a hit from the straight piece fitted to its surface [m]."""
 
 
 class SeenSurfaces(NamedTuple):
@@ -45,7 +49,7 @@ class SeenSurfaces(NamedTuple):
     origins: np.ndarray
 
 
-def seen_surfaces(scan: Scan, state: State, mapping: LocalMapping) -> SeenSurfaces:
+def seen_surfaces(scan: Scan, state: State) -> SeenSurfaces:
     """The surfaces in a scan from the pose at its stamp. Each beam begins where the sensor was at its instant."""
     ranges, first, step = scan.ranges, scan.angle_min + state.yaw, scan.angle_increment
     beams = _around_robot(scan, state)
@@ -54,7 +58,7 @@ def seen_surfaces(scan: Scan, state: State, mapping: LocalMapping) -> SeenSurfac
     if repeats_first(len(ranges), step):
         ranges, beams = ranges[:-1], beams[: len(ranges) - 1]
     closed = abs(step * len(ranges) - 2 * math.pi) < 0.5 * step
-    sweep = Sweep(first, step, closed, scan.range_min, mapping.grazing_angle, mapping.surface_tolerance)
+    sweep = Sweep(first, step, closed, scan.range_min, GRAZING_ANGLE, SURFACE_TOLERANCE)
     return _see(scan.stamp, np.ascontiguousarray(ranges), sweep, np.ascontiguousarray(beams))
 
 

@@ -111,16 +111,16 @@ class SensedScans:
             if beams is None or state is None:
                 self._unplaced.append((scan, local))
                 continue
-            noise, mapping = range_noise(scan), local_mapping_of(settings)
+            noise = range_noise(scan)
             shown = on_wall_lines(placed(scan, beams, state, settings.scan), noise)
-            seen, masked = seen_surfaces(shown, state, mapping), masked_beams(scan, settings.scan)
+            seen, masked = seen_surfaces(shown, state), masked_beams(scan, settings.scan)
             returns, moving = find_movers(self._moving, scan, noise, seen, state, settings.movers)
             moves = returns.kinds == MOVES
             if moves.any():
                 # what moves is no wall, and hides those behind it
                 of_movers = of_each_beam(moves, shown, missing=False)
                 shown, masked = replace(shown, ranges=np.where(of_movers, np.nan, shown.ranges)), masked | of_movers
-                seen = seen_surfaces(shown, state, mapping)
+                seen = seen_surfaces(shown, state)
             reason, self._memory = judge_scan(self._memory, scan, masked, beams, seen, state, settings.limits)
             self._judged.append((reason, local))
             if not reason:

@@ -6,6 +6,7 @@ import numpy as np
 
 from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.record import LocalMap
+from collplan_core.paper_planner.costs.model import REBOUND_HORIZON
 from collplan_core.paper_planner.costs.risk import contact_distance
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
@@ -17,7 +18,7 @@ def foreseen_contacts(
 ) -> Contacts:
     """The first contact of a reference: times (n,), positions (n, 2), velocities (n, 2), world frame.
 
-    A predicted boundary counts where it is met within rebound_horizon after the end at the end's velocity. The robot's
+    A predicted boundary counts where it is met within REBOUND_HORIZON after the end at the end's velocity. The robot's
     own radius separates the disc's centre from the point touched.
     """
     contact = find_contact(positions, local_map)
@@ -31,7 +32,7 @@ def foreseen_contacts(
     if speed < 1e-9:
         return Contacts.none()
     distance, line = contact_distance(x, y, vx / speed, vy / speed, local_map.predicted)
-    if line < 0 or distance / speed > settings.planner.rebound_horizon:
+    if line < 0 or distance / speed > REBOUND_HORIZON:
         return Contacts.none()
     tangent = local_map.predicted[line, 2:]
     normal = np.array([-tangent[1], tangent[0]])

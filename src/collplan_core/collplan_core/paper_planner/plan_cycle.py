@@ -26,6 +26,8 @@ NO_AIM = np.full(2, np.nan)
 AROUND = np.array([(np.cos(angle), np.sin(angle)) for angle in np.arange(8) * np.pi / 4])
 SHARE_OF_TOLERANCE = 0.8
 """Directions, and distance from a goal that a mover stands beside, in which another end is looked for."""
+SIGHT_SHARE = 0.92
+"""Share of the local map's half side that must be free in a direction for it to count as sight."""
 BLOCKED = 1e6
 """Cost of a candidate that a mover is in the way to: only where all are blocked one of them is chosen."""
 
@@ -166,7 +168,7 @@ def _evaluated(
         space.positions, current, target, onward, travelled, p.turn_threshold, p.turn_penalty, printed
     )
     # J_risk, Alg. 2
-    sight_distance = settings.local_map.sight_share * local_map.half_side
+    sight_distance = SIGHT_SHARE * local_map.half_side
     open_side, printed = space.open_side, p.gap_risk == "printed"
     gap_risk = gap_risks(
         local_map.reach, space.positions, open_side, current, sight_distance, p.gap_weight, p.widest_gap, printed

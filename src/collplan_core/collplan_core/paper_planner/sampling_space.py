@@ -10,7 +10,11 @@ from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.pruning import prune_directions, prune_positions
 from collplan_core.parameters import Planning
+from collplan_core.parameters.groups import RADIUS
 from collplan_core.velocity_bounds import VelocityBounds
+
+PRUNE_DISTANCE = 0.35
+"""d_prune of a robot of RADIUS, in proportion to the radius: within it one frontier represents another [m]."""
 
 
 class SamplingSpace(NamedTuple):
@@ -126,7 +130,6 @@ def sampling_space(local_map: LocalMap, goal: np.ndarray, bounds: VelocityBounds
         planner.frontier_spacing,
     )
     n_speeds = SPEED_COUNTS[planner.speeds](samples.frontier_of, planner.n_speeds)
-    rule = _Rule(
-        planner.n_directions, bounds, planner.prune_distance, planner.position_pruning, planner.velocity_pruning
-    )
+    d_prune = PRUNE_DISTANCE * (local_map.radius / RADIUS)
+    rule = _Rule(planner.n_directions, bounds, d_prune, planner.position_pruning, planner.velocity_pruning)
     return _pruned(samples, n_speeds, local_map.border, goal, rule)

@@ -15,6 +15,10 @@ from collplan_core.velocity_bounds import VelocityBounds, share_along, velocity_
 
 MAP_PERIOD = 0.2
 """T_map where planner.map_period is 0 [s]."""
+PEAK = 2.0
+"""Peak acceleration of a spline over the robot's max_acceleration."""
+N_SAMPLES = 64
+"""Samples of a published plan."""
 LONGEST_HANDLE = 0.4  # of the chord: beyond it the cubic forms loops
 TOLERANCE = 1e-3  # share of T by which the T of the handles may be shorter
 
@@ -40,7 +44,7 @@ class TimeLaw(NamedTuple):
 def limited_time_law(settings: Settings, yaw: float) -> TimeLaw:
     """T grows until the motors can follow the spline; the robot holds its yaw [rad]."""
     robot, planner = settings.robot, settings.planner
-    peak = planner.acceleration_factor * robot.max_acceleration
+    peak = PEAK * robot.max_acceleration
     map_period = planner.map_period or MAP_PERIOD
     return TimeLaw(velocity_bounds(robot, yaw), map_period, planner.time_scale, robot.max_speed, peak)
 
@@ -201,6 +205,6 @@ def make_trajectory(
     planner = settings.planner
     law = TIME_LAWS[planner.time_law](settings, state.yaw)
     points, duration = WAYPOINTS[planner.waypoints](state.position, state.velocity, aim, aim_velocity, law)
-    parameter = np.arange(planner.n_samples) / (planner.n_samples - 1)
+    parameter = np.arange(N_SAMPLES) / (N_SAMPLES - 1)
     positions, derivative = spline(points, parameter)
     return parameter * duration, positions, derivative / duration

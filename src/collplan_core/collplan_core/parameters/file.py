@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from collplan_core.parameters import GROUPS, Settings, all_specs, unknown_key
-from collplan_core.parameters.groups import LOCKSTEP, WITHOUT_EFFECT, without_effect
+from collplan_core.parameters.groups import LOCKSTEP, is_without_effect, without_effect
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
 
@@ -181,7 +181,7 @@ def _check_node(node: str) -> None:
 
 def _checked(parameters: dict[str, Any]) -> dict[str, Any]:
     known = all_specs()
-    ours = {key: value for key, value in parameters.items() if not (is_ros_key(key) or key.startswith(WITHOUT_EFFECT))}
+    ours = {key: value for key, value in parameters.items() if not (is_ros_key(key) or is_without_effect(key))}
     if ours.pop(LOCKSTEP, False) is True:
         ours["simulator.speed_factor"] = 0.0
     for key in ours:

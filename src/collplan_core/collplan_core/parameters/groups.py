@@ -70,11 +70,7 @@ class LocalMapping(Parameters):
 
     group = "local_map"
     half_side: float = parameter(0.6, "Half the side of the square map around the robot; time-to-goal strategies use time_to_goal.half_side", unit="m", low=0.2, high=5.0, live=True, of_radius=RADIUS)
-    clearance: float = parameter(0.0, "Distance kept beyond the robot's radius when obstacles are grown", unit="m", low=0.0, high=0.5, live=True)
     n_rays: int = parameter(360, "Directions in which the free space is measured, evenly over the full turn; a multiple of 4", low=60, high=3600)
-    surface_tolerance: float = parameter(0.001, "Largest distance of a hit from the straight piece fitted to its surface", unit="m", low=0.0, high=0.05, live=True)
-    grazing_angle: float = parameter(radians(10.0), "Smallest angle between beam and surface that still joins two hits (Borges and Aldon 2004)", unit="rad", low=0.01, high=1.0, live=True)
-    sight_share: float = parameter(0.92, "Share of half_side that must be free in a direction for it to count as sight", low=0.1, high=1.4, live=True)
     predicted: str = parameter("going_on", "Set E: where an observed boundary is seen to continue (going_on), or wherever one meets a frontier (printed)", choices=("going_on", "printed"), live=True)
 
     def __post_init__(self) -> None:
@@ -119,12 +115,8 @@ class Planning(Parameters):
     widest_gap: float = parameter(0.6, "Wider openings count as this wide, which is not narrow", unit="m", low=0.0, high=100.0, live=True, of_radius=RADIUS)
     speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
     time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=1e-9, high=1.0, live=True)
-    rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
     rebound_penalty: float = parameter(-1.0, "Reward of a rebound that ends in known free space", unit="m/s", low=-100.0, high=0.0, live=True)
-    prune_distance: float = parameter(0.35, "d_prune, distance within which one frontier represents another", unit="m", low=0.0, high=5.0, live=True, of_radius=RADIUS)
     time_scale: float = parameter(1.3, "P_safe, factor on the time that the waypoints take at v_max", low=1.0, high=5.0, live=True)
-    acceleration_factor: float = parameter(2.0, "Peak acceleration of a spline over the robot's max_acceleration", low=0.5, high=100.0, live=True)
-    n_samples: int = parameter(64, "Samples of a published plan", low=8, high=1000)
     frontiers: str = parameter("all", "Shadow edges and visible runs of the map border, or shadow edges alone (obstacle-extending frontiers as printed)", choices=("all", "printed"), live=True)
     position_pruning: bool = parameter(True, "Drop frontiers represented by a nearby one that is closer to the goal", live=True)
     velocity_pruning: bool = parameter(True, "Drop velocity directions that lead back into known free space", live=True)
@@ -153,10 +145,6 @@ class Remembered(Parameters):
     group = "remembered"
     side: float = parameter(30.0, "Longest side of the space in which boundaries are kept; it begins as a square of 6 m and grows with the way", unit="m", low=1.0, high=30.0)
     spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1, of_radius=RADIUS)
-    max_pieces: int = parameter(20000, "Largest number of pieces; those seen longest ago are forgotten first", low=100, high=100000)
-    inferred_depth: float = parameter(0.30, "Depth of the solid assumed behind an observed boundary, for the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0, of_radius=RADIUS)
-    inferred_inset: float = parameter(0.08, "Distance from the ends of what was observed at which the inferred solid begins", unit="m", low=0.0, high=0.5, of_radius=RADIUS)
-    contradiction: float = parameter(0.05, "Boundaries are forgotten if two scans in a row see this far through them", unit="m", low=0.005, high=0.5)
 
 
 @dataclass(frozen=True)
@@ -165,20 +153,10 @@ class TimeToGoal(Parameters):
 
     group = "time_to_goal"
     half_side: float = parameter(1.2, "Half the side of the square around the robot within which scans are used", unit="m", low=0.2, high=5.0, of_radius=RADIUS)
-    horizon: float = parameter(1.3, "Length of a coarse rollout", unit="s", low=0.2, high=5.0)
     grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2, of_radius=RADIUS)
-    n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
-    start_proposals: int = parameter(50, "Changes tried on each coarse plan that is refined", low=0, high=10000)
     proposals: int = parameter(600, "Most changes tried on the best refined plan, and a third as many on a smooth one; fewer if they gain nothing more", low=0, high=100000)
     time_budget: float = parameter(0.0, "Time after the start of a cycle at which refinement ends with the best plan so far; 0 is never, so equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
-    arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance, because one that grazes the edge may miss it", low=0.05, high=1.0, live=True)
-    graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)
-    longest_plan: float = parameter(8.0, "Longest plan; if it has not arrived by then, the time to go from its end is added to its cost", unit="s", low=1.0, high=60.0)
     hit_cost: float = parameter(0.03, "bounce: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=100.0)
-    averse_cost: float = parameter(0.5, "avoid, stop_guarantee: cost of any contact", unit="s", low=0.0, high=1000.0)
-    averse_speed_cost: float = parameter(2.0, "avoid, stop_guarantee: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
-    inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
-    margin_cost: float = parameter(2500.0, "Cost of a place within the margin, by time and by the square of how far within", unit="1/m^2", low=0.0, high=1e6)
     tolerant_distance: float = parameter(0.02, "bounce, tolerate: margin to boundaries that are not touched", unit="m", low=0.0, high=0.1, of_radius=RADIUS)
     averse_distance: float = parameter(0.03, "avoid, stop_guarantee: margin to boundaries", unit="m", low=0.0, high=0.1, of_radius=RADIUS)
 
@@ -191,14 +169,6 @@ class Control(Parameters):
     rate: float = parameter(20.0, "Rate of the velocity command", unit="Hz", low=1.0, high=200.0)
     stamped_cmd_vel: bool = parameter(False, "cmd_vel is a TwistStamped, for controller and robot alike, instead of a Twist")
     k_p: float = parameter(4.0, "Proportional gain on position", unit="1/s", low=0.0, high=50.0, live=True)
-    k_i: float = parameter(1.0, "Integral gain on the position beside the path", unit="1/s^2", low=0.0, high=50.0, live=True)
-    k_d: float = parameter(0.0, "Gain on the velocity error", low=0.0, high=5.0, live=True)
-    full_acceleration_lead: float = parameter(0.6, "Largest lead of the command over the velocity where the path requires full acceleration; 0 is as much as suffices", unit="m/s", low=0.0, high=5.0)
-    integral_limit: float = parameter(0.2, "Largest velocity the integral may add", unit="m/s", low=0.0, high=5.0, live=True)
-    k_yaw: float = parameter(2.0, "Gain that holds the first heading", unit="1/s", low=0.0, high=50.0, live=True)
-    max_yaw_rate: float = parameter(1.0, "Largest yaw rate commanded", unit="rad/s", low=0.0, high=20.0, live=True)
-    switch_distance: float = parameter(0.15, "delta, distance to the contact point at which a maneuver engages", unit="m", low=0.0, high=1.0, live=True)
-    incidence_threshold: float = parameter(radians(45.0), "Angle between path and boundary below which the boundary is followed", unit="rad", low=0.0, high=pi / 2, live=True)
     boundary_projection: str = parameter("continuous", "q_bound continues along the tangent past the end of what was seen, at v_max at most, or jumps as printed", choices=("continuous", "printed"), live=True)
     maneuver_rule: str = parameter("incidence", "Alg. 3 by incidence at the contact, or left and right of the chord as printed", choices=("incidence", "printed"), live=True)
 
@@ -365,7 +335,6 @@ class Simulation(Parameters):
     physics_rate: float = parameter(800.0, "Physics steps per second", unit="Hz", low=400.0, high=10000.0)
     speed_factor: float = parameter(1.0, "Simulated seconds per second; 0 where bringup runs all nodes in one process and time waits for them; other values than 1 require use_sim_time in all nodes", low=0.0, high=50.0)
     restitution: float = parameter(0.7, "True restitution of the ring (assumed)", low=0.0, high=1.0)
-    restitution_slope: float = parameter(0.0, "How much the restitution falls with the speed into the wall", unit="s/m", low=0.0, high=0.5)
     restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from hit to hit", low=0.0, high=0.5)
     wall_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution's factor from wall to wall", low=0.0, high=0.9)
     friction: float = parameter(0.12, "True Coulomb friction of ring and wall (assumed)", low=0.0, high=5.0)
@@ -374,13 +343,8 @@ class Simulation(Parameters):
     mass_ratio: float = parameter(1.0, "True mass over robot.mass, with the same motors: acceleration and lag follow", low=0.2, high=5.0)
     acceleration_ratio: float = parameter(1.0, "True acceleration of the motors over robot.max_acceleration", low=0.2, high=5.0)
     wheel_mass: float = parameter(0.0, "True reflected mass of wheels and motors (assumed)", unit="kg", low=0.0, high=10.0)
-    floor_friction: float = parameter(0.8, "Friction of wheels and floor (assumed)", low=0.05, high=3.0)
-    max_yaw_acceleration: float = parameter(20.0, "Largest yaw acceleration that the wheels make (assumed)", unit="rad/s^2", low=0.1, high=1000.0)
     noise: float = parameter(1.0, "Level of all noise; 0 is none", low=0.0, high=10.0)
-    actuation_noise: float = parameter(0.06, "Velocity noise per command period, standard deviation by axis, at level 1", unit="m/s", low=0.0, high=1.0)
-    actuation_bias: float = parameter(0.03, "Velocity bias of a run, standard deviation by axis, at level 1", unit="m/s", low=0.0, high=1.0)
     mocap_noise: float = parameter(0.002, "Position noise of a mocap pose, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
-    start_noise: float = parameter(0.01, "Spread of the start, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
     mocap_yaw_noise: float = parameter(0.0, "Yaw noise of a mocap pose, standard deviation, at level 1", unit="rad", low=0.0, high=0.2)
     mocap_latency: float = parameter(0.0, "Time from a pose's stamp until the motion capture sends it", unit="s", low=0.0, high=0.5)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
@@ -414,8 +378,6 @@ class Driver(Parameters):
     port: str = parameter("/dev/ttyUSB0", "Serial device")
     baud: int = parameter(115200, "Baud rate of the serial device, equal to the firmware's", unit="bit/s", low=9600, high=4000000)
     rate: float = parameter(50.0, "Commands sent per second: at least two in limits.command_age, no more than driver.baud carries", unit="Hz", low=5.0, high=200.0)
-    link_timeout: float = parameter(0.3, "Silence of the firmware after which the driver begins a new session with a robot at rest", unit="s", low=0.05, high=5.0)
-    longest_wait: float = parameter(1.0, "Longest pause between two attempts to open the device", unit="s", low=0.05, high=60.0)
 
 
 @dataclass(frozen=True)
@@ -511,8 +473,6 @@ class View(Parameters):
 
     group = "view"
     port: int = parameter(8090, "Port of the page, on this machine alone; 0 is any free one", low=0, high=65535)
-    rate: float = parameter(20.0, "Frames sent to a page per second", unit="Hz", low=1.0, high=60.0)
-    clients: int = parameter(20, "Pages that may be open at once", low=1, high=100)
 
 
 @dataclass(frozen=True)
@@ -595,7 +555,7 @@ class Settings:
 
 GONE = {
     "time_to_goal.speed_limit": "limits.impact_speed takes its place",
-    "time_to_goal.clearance_cost": "time_to_goal.margin_cost takes its place",
+    "time_to_goal.clearance_cost": "a constant cost of places within the margin takes its place",
     "time_to_goal.limit_cost": "contacts faster than limits.impact_speed have no price, they are not planned",
 }
 """Removed parameters, and their replacements."""
@@ -604,6 +564,14 @@ WITHOUT_EFFECT = (
     *("simulator.controller_lateness", "simulator.planner_lateness", "simulator.sensor_lateness", "simulator.patience"),
     "robot.motion_delay_estimated",
     "teleop.",
+    *(f"local_map.{name}" for name in ("clearance", "surface_tolerance", "grazing_angle", "sight_share")),
+    *(f"planner.{name}" for name in ("rebound_horizon", "prune_distance", "acceleration_factor", "n_samples")),
+    *(f"remembered.{name}" for name in ("max_pieces", "inferred_depth", "inferred_inset", "contradiction")),
+    *(f"time_to_goal.{name}" for name in ("horizon", "n_starts", "start_proposals", "arrival_share", "graze_cost", "longest_plan", "averse_cost", "averse_speed_cost", "inferred_cost", "margin_cost")),
+    *(f"controller.{name}" for name in ("k_i", "k_d", "integral_limit", "k_yaw", "max_yaw_rate", "incidence_threshold", "switch_distance", "full_acceleration_lead")),
+    *(f"simulator.{name}" for name in ("restitution_slope", "floor_friction", "max_yaw_acceleration", "actuation_noise", "actuation_bias", "start_noise")),
+    *(f"driver.{name}" for name in ("link_timeout", "longest_wait")),
+    *(f"view.{name}" for name in ("rate", "clients")),
     *(f"emulator.{name}" for name in ("telemetry_rate", *(spec.key.rpartition(".")[2] for spec in specs(EmulatorFaults)))),
 )
 """Beginnings of the keys of removed parameters that are ignored. Files of earlier versions hold them, and LOCKSTEP for a speed_factor of 0."""
@@ -614,9 +582,14 @@ def all_specs() -> dict[str, Spec]:
     return {spec.key: spec for group in GROUPS for spec in specs(group)}
 
 
+def is_without_effect(key: str) -> bool:
+    """Whether a key is of a removed parameter that is ignored."""
+    return key.startswith(WITHOUT_EFFECT)
+
+
 def without_effect(keys: Iterable[str]) -> str:
     """A sentence on those of the keys that are of removed parameters; "" where there are none."""
-    gone = [key for key in keys if key.startswith(WITHOUT_EFFECT)]
+    gone = [key for key in keys if is_without_effect(key)]
     more = f" and {len(gone) - 1} more" if len(gone) > 1 else ""
     return f"{gone[0]}{more}: no longer a parameter, has no effect" if gone else ""
 

@@ -19,6 +19,7 @@ from collplan_core.command import Command
 from collplan_core.goal import Goal
 from collplan_core.loop.decisions import Cycle, Notice
 from collplan_core.parameters import Settings
+from collplan_core.parameters.groups import is_without_effect
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -137,7 +138,7 @@ def _array(held: Any) -> np.ndarray:
 
 
 def _settings(held: Any) -> Settings:
-    return Settings().with_values({key: decode(each) for key, each in held.items()})
+    return Settings().with_values({key: decode(each) for key, each in held.items() if not is_without_effect(key)})
 
 
 _DECODERS: dict[str, Callable[[Any], Any]] = {

@@ -26,6 +26,16 @@ IMPACT_SPEED = 0.08
 """A contact slower than this slides and costs nothing [m/s]."""
 TURNING_OFF = 0.35
 """Time left to plan anew and turn off or slow down, where what was to stand by then does not [s]."""
+AVERSE_COSTS = 0.5, 2.0
+"""avoid, stop_guarantee: cost of any contact [s], and by its speed into the boundary [s per m/s]."""
+INFERRED_COST = 0.3
+"""bounce, tolerate: cost of running into inferred solid, by the speed into it [s per m/s]."""
+MARGIN_COST = 2500.0
+"""Cost of a place within the margin, by time and by the square of how far within [1/m^2]."""
+ARRIVAL_SHARE = 0.7
+"""Rollouts end within this share of goal_tolerance, because one that grazes the edge may miss it."""
+GRAZE_COST = 0.5
+"""Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss [s]."""
 EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
 """Cost of a contact above limits.impact_speed [s], and of how far above it is [s per m/s]: all else weighs less."""
 
@@ -126,13 +136,12 @@ def contact_costs(settings: Settings) -> ContactCosts:
     """Returns the costs of contacts under the chosen strategy."""
     p, tolerance = settings.time_to_goal, TIME_TO_GOAL[settings.planner.strategy].contact_tolerance
     if tolerance == BY_SPEED:
-        observed, inferred, margin = (0.0, p.hit_cost), (0.0, p.inferred_cost), p.tolerant_distance
+        observed, inferred, margin = (0.0, p.hit_cost), (0.0, INFERRED_COST), p.tolerant_distance
     elif tolerance == FREE:
-        observed, inferred, margin = (0.0, 0.0), (0.0, p.inferred_cost), p.tolerant_distance
+        observed, inferred, margin = (0.0, 0.0), (0.0, INFERRED_COST), p.tolerant_distance
     else:
-        averse = p.averse_cost, p.averse_speed_cost
-        observed, inferred, margin = averse, averse, p.averse_distance
-    return ContactCosts(*observed, settings.limits.impact_speed, *inferred, p.margin_cost, margin)
+        observed, inferred, margin = AVERSE_COSTS, AVERSE_COSTS, p.averse_distance
+    return ContactCosts(*observed, settings.limits.impact_speed, *inferred, MARGIN_COST, margin)
 
 
 def problem_of(
@@ -147,10 +156,9 @@ def problem_of(
 
     The robot holds its yaw [rad]. `movers` are the discs (k, 6) and the trails (h, 3) of `mover_cost`.
     """
-    p = settings.time_to_goal
-    tolerance = p.arrival_share * paths.tolerance
+    tolerance = ARRIVAL_SHARE * paths.tolerance
     stops = settings.planner.stop_at_goal
-    graze_cost, rest_speed = (0.0, AT_REST) if stops else (p.graze_cost / paths.tolerance**2, math.inf)
+    graze_cost, rest_speed = (0.0, AT_REST) if stops else (GRAZE_COST / paths.tolerance**2, math.inf)
     x, y = (float(value) for value in paths.goal)
     goal = GoalDisc(x, y, tolerance, paths.longest_within(tolerance), graze_cost, rest_speed)
     bounds = velocity_bounds(settings.robot, yaw)

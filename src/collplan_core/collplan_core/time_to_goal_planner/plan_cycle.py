@@ -43,6 +43,14 @@ from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 
 TURNS = 2
 """One in so many velocities is tried in a cycle's coarse plans with a plan in force; the next cycle tries others."""
+HORIZON = 1.3
+"""Length of a coarse rollout [s]."""
+LONGEST_PLAN = 8.0
+"""Longest plan; if it has not arrived by then, the time to go from its end is added to its cost [s]."""
+N_STARTS = 5
+"""Coarse plans that are extended to the goal and refined, beside the last plan."""
+START_PROPOSALS = 50
+"""Most changes tried on each coarse plan that is refined."""
 CHUNK = 200
 """Changes tried between two looks at the deadline, and at what they gained."""
 SMOOTHED = 2
@@ -113,14 +121,14 @@ def plan_cycle(
     movers = discs_and_trails(local_map.returns, state.stamp, settings)
     problem = problem_of(remembered.field, remembered.free, paths, settings, state.yaw, movers)
     initial = _initial_motion(problem, state, memory.expected, settings.mocap)
-    carried_on = _carried_on(problem, initial, memory, state.stamp, settings.time_to_goal)
+    carried_on = _carried_on(problem, initial, memory, state.stamp)
     best_so_far = min((plan.cost for plan in carried_on), default=np.inf)
     velocities = targets(problem, initial)
     if carried_on:
         velocities = velocities[memory.cycle % TURNS :: TURNS].copy()
-    n_steps = round(settings.time_to_goal.horizon / STEP)
+    n_steps = round(HORIZON / STEP)
     coarse = coarse_plans(problem, initial, velocities, n_steps, best_so_far, MARGIN)
-    plans = carried_on + _from_coarse(problem, initial, coarse, settings.time_to_goal)
+    plans = carried_on + _from_coarse(problem, initial, coarse)
     if not plans:  # no path leads on from anywhere around
         plans = [braking(problem, initial)]
     compared = _compared(coarse, plans)
@@ -151,11 +159,9 @@ def _initial_motion(problem: Problem, state: State, expected: Expected | None, m
     return motion_at(problem.clearance, problem.constants.grid, x, y, vx, vy)
 
 
-def _carried_on(
-    problem: Problem, initial: Motion, memory: RolloutMemory, stamp: float, time_to_goal: TimeToGoal
-) -> list[FullPlan]:
+def _carried_on(problem: Problem, initial: Motion, memory: RolloutMemory, stamp: float) -> list[FullPlan]:
     """Returns the rest of the last plan, as it is and led back to its path; empty where there is none."""
-    size = round(time_to_goal.longest_plan / CONTROL_INTERVAL)
+    size = round(LONGEST_PLAN / CONTROL_INTERVAL)
     left = shifted(memory.commands, stamp - memory.plan_stamp)[:size]
     if not len(left) or memory.expected is None:
         return []
@@ -164,11 +170,10 @@ def _carried_on(
     return [roll(problem, initial, padded(each, size), len(left)) for each in (left, led_back)]
 
 
-def _from_coarse(problem: Problem, initial: Motion, coarse: CoarsePlans, time_to_goal: TimeToGoal) -> list[FullPlan]:
+def _from_coarse(problem: Problem, initial: Motion, coarse: CoarsePlans) -> list[FullPlan]:
     """The best coarse plans, carried on to the goal."""
-    p = time_to_goal
-    size, n_steps = round(p.longest_plan / CONTROL_INTERVAL), round(p.horizon / STEP)
-    places = best_coarse(coarse.costs, p.n_starts)
+    size, n_steps = round(LONGEST_PLAN / CONTROL_INTERVAL), round(HORIZON / STEP)
+    places = best_coarse(coarse.costs, N_STARTS)
     return [extended(problem, initial, *coarse_commands(coarse, place, n_steps, size)) for place in places]
 
 
@@ -189,7 +194,7 @@ def _refined(
     problem: Problem, plans: list[FullPlan], random: np.random.Generator, deadline: Deadline, time_to_goal: TimeToGoal
 ) -> FullPlan:
     """The best of the plans, refined: some changes on each, the best few made smooth, and more changes on the best."""
-    p = time_to_goal
+    few, many = min(START_PROPOSALS, time_to_goal.proposals), time_to_goal.proposals
 
     def refined(plan: FullPlan, count: int) -> FullPlan:
         gained = np.inf
@@ -201,11 +206,11 @@ def _refined(
     def smoother(plan: FullPlan) -> FullPlan:
         if deadline():
             return plan
-        return min(plan, refined(smoothed(problem, plan), p.proposals // 3), key=_cost)
+        return min(plan, refined(smoothed(problem, plan), many // 3), key=_cost)
 
-    tried = sorted((refined(plan, p.start_proposals) for plan in sorted(plans, key=_cost)), key=_cost)
+    tried = sorted((refined(plan, few) for plan in sorted(plans, key=_cost)), key=_cost)
     best = min((smoother(plan) for plan in tried[:SMOOTHED]), key=_cost)
-    return smoother(refined(best, p.proposals))
+    return smoother(refined(best, many))
 
 
 def _cost(plan: FullPlan) -> float:

@@ -13,8 +13,10 @@ from sensor_msgs.msg import PointCloud2, PointField
 from collplan_core.impact import SOURCES, Impact
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
+from collplan_core.parameters.groups import RADIUS
 from collplan_core.plan import Candidates, Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.update import INFERRED_DEPTH
 from collplan_ros.messages.cloud_reading import (
     AT_CONTACT,
     DRIVEN,
@@ -101,7 +103,8 @@ def inferred_lines(remembered: RememberedBoundaries, settings: Settings) -> np.n
     """(2n, 2) ends of a line into the inferred solid behind each piece; boundaries are those of the robot's centre."""
     here = remembered.solid_behind & ~remembered.seen_free_behind
     middles = remembered.pieces[here].reshape(-1, 2, 2).mean(axis=1)
-    depth = max(settings.remembered.inferred_depth - 2.0 * settings.robot.radius, 0.0)
+    radius = settings.robot.radius
+    depth = max(INFERRED_DEPTH * (radius / RADIUS) - 2.0 * radius, 0.0)
     return np.stack([middles, middles - depth * remembered.normals[here]], axis=1).reshape(-1, 2)
 
 

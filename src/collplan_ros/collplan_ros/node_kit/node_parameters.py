@@ -8,7 +8,7 @@ from rclpy.parameter import Parameter
 
 from collplan_core.parameters import Settings, all_specs, unknown_key
 from collplan_core.parameters.file import is_ros_key
-from collplan_core.parameters.groups import WITHOUT_EFFECT, without_effect
+from collplan_core.parameters.groups import is_without_effect, without_effect
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, specs
 
 Group = type[Parameters] | str
@@ -38,7 +38,7 @@ def declare(
     if words := without_effect(overrides):
         node.get_logger().warning(words)
     for key in overrides:
-        if key not in all_specs() and not is_ros_key(key) and not key.startswith(WITHOUT_EFFECT):
+        if key not in all_specs() and not is_ros_key(key) and not is_without_effect(key):
             raise unknown_key(key)
     for spec in specs_of(groups):
         # checked here, not by rclpy: one wording everywhere, and a whole number will do for a float

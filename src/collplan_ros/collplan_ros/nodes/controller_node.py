@@ -44,9 +44,9 @@ from collplan_ros.nodes.teleop_input import TeleopInput
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
 NOISE = "mocap.position_noise"
 GROUPS = (Robot, LocalMapping, Control, ScanInput, MoverFinding, Limits, Frames, "planner.journal", *MOCAP, NOISE)
-MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_tolerance", "local_map.grazing_angle")
+MAPPED = "local_map.half_side"
 """The controller follows the boundaries of the local map alone; it does not read sight and set E."""
-LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
+LIVE = (Robot, MAPPED, Control, Limits, *MOCAP)
 
 
 class ControllerNode(GraphNode):

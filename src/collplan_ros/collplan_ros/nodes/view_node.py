@@ -33,6 +33,10 @@ from collplan_ros.view.which_robot import Values, which_robot
 GROUPS = (View, ScanInput, Frames, "controller.stamped_cmd_vel")
 LINGER = 10.0
 """Time after the last page was closed until the graph is no longer listened to [s]: it may only be loaded anew."""
+RATE = 20.0
+"""Frames sent to a page per second [Hz]."""
+MOST_PAGES = 20
+"""Pages that may be open at once."""
 IDLE_PERIOD = 0.25
 """Time between two checks whether a page is open [s]."""
 WARN_PERIOD = 5.0
@@ -68,8 +72,7 @@ class ViewNode(Node):
         self._watched = False
         self._frames = 0
         Scan(0.0, 0.0, 1.0, 0.0, 1.0, np.ones(2))  # loads what was compiled, so that the first scan is not late
-        view = self._settings.view
-        self._server = PageServer(view.port, view.clients, self._actions.take, self._warn)
+        self._server = PageServer(self._settings.view.port, MOST_PAGES, self._actions.take, self._warn)
         self._timer = self.create_timer(IDLE_PERIOD, self._tick, clock=self._steady)
         self._diagnostics = Diagnostics(self, self._health)
         self.get_logger().info(f"open {self.address} in a browser on this machine")
@@ -110,7 +113,7 @@ class ViewNode(Node):
         self._frames += 1
 
     def _open(self) -> None:
-        self._timer.timer_period_ns = round(1e9 / self._settings.view.rate)
+        self._timer.timer_period_ns = round(1e9 / RATE)
         self._inputs.open()
 
     def _close(self) -> None:

@@ -158,7 +158,7 @@ class PageServer:
     def _process(self, _: ServerConnection, request: Request) -> Response | None:
         reply = answer(request, self._files)
         if reply is None and len(self._clients) >= self._most_clients:
-            reply = refusal(HTTPStatus.SERVICE_UNAVAILABLE, "the largest number of pages is open: view.clients")
+            reply = refusal(HTTPStatus.SERVICE_UNAVAILABLE, "the largest number of pages is open")
         if reply is not None and reply.status_code >= 400:
             self._refuse(f"{reply.status_code} to {_seen(request)}: {reply.body.decode().strip()}")
         return reply

@@ -27,8 +27,7 @@ BODY, WALL = 1, 2
 class Disc:
     """One rigid disc in a space of its own; time passes only in `advance`.
 
-    Restitution may fall with the speed into the wall, and differ from hit to hit and from wall to wall; what does the
-    rebound is pymunk's solver.
+    Restitution may differ from hit to hit and from wall to wall; what does the rebound is pymunk's solver.
 
     Attributes:
         motion: (8,) of the drive; may be set.
@@ -144,10 +143,8 @@ class Disc:
         self._touched = self._space.collision_persistence
         if not arbiter.is_first_contact:
             return
-        other = arbiter.shapes[1]
-        into = (self._body.velocity - other.body.velocity).dot(arbiter.contact_point_set.normal)
-        surface = self._surface_of[other]
-        arbiter.restitution, arbiter.friction = self._law.of(surface, into, self._law.drawn())
+        surface = self._surface_of[arbiter.shapes[1]]
+        arbiter.restitution, arbiter.friction = self._law.of(surface, self._law.drawn())
 
     def _record(self, time: float) -> None:
         after = self.motion[[VX, VY]]

@@ -20,6 +20,10 @@ from omnipuck_sim.robot.walls import Edge, Pole
 
 GRAVITY = 9.81
 """[m/s^2]"""
+FLOOR_FRICTION = 0.8
+"""Friction of wheels and floor (assumed)."""
+MAX_YAW_ACCELERATION = 20.0
+"""Largest yaw acceleration that the wheels make (assumed) [rad/s^2]."""
 CLEAR = 1e-6
 """A disc nearer to a surface than this may touch it [m]."""
 X, Y, VX, VY, YAW, SPIN, WHEELS_X, WHEELS_Y = range(8)
@@ -62,8 +66,8 @@ def drive_law(robot: Robot, simulation: Simulation) -> DriveLaw:
         wheel_mass=simulation.wheel_mass,
         share=share,
         largest_change=acceleration * step,
-        largest_spin_change=simulation.max_yaw_acceleration * step,
-        traction=simulation.floor_friction * mass * GRAVITY * step,
+        largest_spin_change=MAX_YAW_ACCELERATION * step,
+        traction=FLOOR_FRICTION * mass * GRAVITY * step,
     )
 
 

@@ -12,7 +12,7 @@ IMPACT_SPEED = 0.08
 
 
 class HitLaw:
-    """Restitution may fall with the speed into the wall and differ from wall to wall; both may from hit to hit."""
+    """Restitution may differ from wall to wall, restitution and friction from hit to hit."""
 
     def __init__(self, simulation: Simulation, surfaces: Iterable[int], random: np.random.Generator) -> None:
         """`random` draws the spread of each of the numbered surfaces, and of each hit."""
@@ -28,10 +28,9 @@ class HitLaw:
         spread, rough = self._random.uniform(-1.0, 1.0, 2).tolist()
         return spread, rough
 
-    def of(self, surface: int, into: float, drawn: Vector) -> tuple[float, float]:
-        """Restitution and friction of a hit on a surface with a speed `into` it [m/s]."""
+    def of(self, surface: int, drawn: Vector) -> tuple[float, float]:
+        """Restitution and friction of a hit on a surface."""
         simulation, (spread, rough) = self._simulation, drawn
-        falls = simulation.restitution - simulation.restitution_slope * max(into, 0.0)
-        restitution = falls * self._factors[surface] + spread * simulation.restitution_spread
+        restitution = simulation.restitution * self._factors[surface] + spread * simulation.restitution_spread
         friction = simulation.friction + rough * simulation.friction_spread
         return min(max(restitution, 0.0), 1.0), max(friction, 0.0)

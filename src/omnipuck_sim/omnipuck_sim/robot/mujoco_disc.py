@@ -87,7 +87,7 @@ class MujocoDisc:
     """One disc with a compliant ring in a model of its own; time passes only in `advance`.
 
     A hit lasts simulator.contact_time. Contact and friction are MuJoCo's; spring and damper are set for each hit, so
-    that the restitution may fall with the speed into the wall, and differ from hit to hit and from wall to wall.
+    that the restitution may differ from hit to hit and from wall to wall.
 
     Attributes:
         motion: (8,) of the drive; may be set.
@@ -191,8 +191,7 @@ class MujocoDisc:
         """Spring, damper and friction of the hit that would come now."""
         if piece not in self._draws:
             self._draws[piece] = self._law.drawn()
-        into = -float(normal @ (self._velocity - self._velocities[piece]))
-        restitution, friction = self._law.of(self._surfaces[piece], into, self._draws[piece])
+        restitution, friction = self._law.of(self._surfaces[piece], self._draws[piece])
         self._model.pair_solref[piece] = _solref(self._simulation, restitution)
         self._model.pair_friction[piece, :2] = friction
 

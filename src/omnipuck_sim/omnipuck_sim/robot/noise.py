@@ -6,6 +6,7 @@ from math import pi, radians, remainder, tau
 
 import numpy as np
 
+from collplan_core.evaluation.run_end import ACTUATION_BIAS, ACTUATION_NOISE
 from collplan_core.parameters import Simulation
 from collplan_core.sensing.pose_filter import PoseSample
 from omnipuck_sim.robot.vector import Vector
@@ -44,6 +45,9 @@ def added_latency(fault: str) -> float:
 ACTUATION_RATE = 20.0
 """Draws of the actuation noise per simulated second [Hz]."""
 
+START_NOISE = 0.01
+"""Spread of the start, standard deviation by axis, at level 1 [m]."""
+
 
 class Noise:
     """Noise of one run, drawn from its seed; equal in every process."""
@@ -54,11 +58,11 @@ class Noise:
         self._actuation, bias, self._mocap, self._start = map(_pairs, normal)
         self._yaw = _pairs(yaw, 1)
         self._settings = settings
-        self._bias = _pair(bias, settings.noise * settings.actuation_bias)
+        self._bias = _pair(bias, settings.noise * ACTUATION_BIAS)
 
     def actuation(self) -> Vector:
         """Error of the velocity that the wheels aim at, bias included, for one actuation period [m/s]."""
-        x, y = _pair(self._actuation, self._settings.noise * self._settings.actuation_noise)
+        x, y = _pair(self._actuation, self._settings.noise * ACTUATION_NOISE)
         return x + self._bias[0], y + self._bias[1]
 
     def mocap(self) -> Vector:
@@ -71,7 +75,7 @@ class Noise:
 
     def start(self) -> Vector:
         """Error of the start [m]."""
-        return _pair(self._start, self._settings.noise * self._settings.start_noise)
+        return _pair(self._start, self._settings.noise * START_NOISE)
 
 
 def _pairs(random: np.random.Generator, n: int = 2) -> Iterator[list[float]]:

@@ -7,6 +7,9 @@ from collplan_core.parameters import Settings, Weights
 from collplan_core.reflection import Ring, believed_ring
 from collplan_core.strategies import PAPER_WEIGHTS
 
+REBOUND_HORIZON = 0.3
+"""Time after a rebound at which p_ref is taken [s]."""
+
 
 class CostModel(NamedTuple):
     """Settings that the compiled loops over candidates need.
@@ -45,6 +48,6 @@ def cost_model(settings: Settings) -> CostModel:
         planner.speed_floor,
         planner.time_floor,
         believed_ring(settings),
-        planner.rebound_horizon,
+        REBOUND_HORIZON,
         planner.rebound_penalty,
     )

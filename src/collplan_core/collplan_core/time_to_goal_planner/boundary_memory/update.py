@@ -7,6 +7,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Remembered, Robot
+from collplan_core.parameters.groups import RADIUS
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, OBSERVED, ClearanceField, nearest_node
 from collplan_core.time_to_goal_planner.boundary_memory.contradiction import (
     count_contradictions,
@@ -27,6 +28,13 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Po
 
 DEEPER = 0.04
 """Depth within a mover's place from which on pieces that have stood are forgotten too: walls stand beside it [m]."""
+MOST_PIECES = 20000
+"""Largest number of pieces; those seen longest ago are forgotten first."""
+CONTRADICTION = 0.05
+"""Boundaries are forgotten if two scans in a row see this far through them [m]."""
+INFERRED_DEPTH, INFERRED_INSET = 0.30, 0.08
+"""Depth of the solid assumed behind a boundary, for the disc's centre, until it is seen to be free; and distance from
+the ends of what was seen at which that begins. Of a robot of RADIUS, in proportion to the radius [m]."""
 NO_ROWS, NONE, NO_KINDS = np.zeros(0), np.zeros(0, bool), np.zeros(0, int)
 
 
@@ -43,17 +51,17 @@ def remember(
         half = 0.5 * min(FIRST_SIDE, settings.side)
         memory = _nothing(first_nodes(local_map.position, half, settings.spacing, robot.radius))
     sight = sight_of(local_map)
-    rows = inferred_rows(settings.inferred_depth, robot.radius)
-    inset = settings.inferred_inset if len(rows) else math.inf
+    size = robot.radius / RADIUS
+    rows, inset = inferred_rows(INFERRED_DEPTH * size, robot.radius), INFERRED_INSET * size
     cuts = cut(local_map.walls, local_map.wall_surface, sight, settings.spacing, inset, robot.radius)
     nodes, pool = nodes_around(memory, local_map, robot.radius, settings), pool_of(memory, len(cuts.pieces))
     count = len(memory.pieces)
-    count_contradictions(pool, count, sight, settings.contradiction)
+    count_contradictions(pool, count, sight, CONTRADICTION)
     drop_seen_free(pool, count, rows, sight)
     _forget_outside(pool, count, nodes)
     _forget_swept(pool, count, sight.swept)
-    count = merge_scan(pool, count, cuts, sight, nodes, rows, settings.contradiction)
-    _forget_oldest(pool, settings.max_pieces)
+    count = merge_scan(pool, count, cuts, sight, nodes, rows, CONTRADICTION)
+    _forget_oldest(pool, MOST_PIECES)
     renew(nodes, pool, count, memory.solid_behind, memory.kinds, rows)
     see_free(nodes, local_map.border, *local_map.position, local_map.half_side)
     return _record(pool, nodes)
