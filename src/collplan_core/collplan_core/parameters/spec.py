@@ -129,7 +129,7 @@ class Parameters:
 
 
 @cache  # a group is made anew with each change of the drive
-def named_specs(group: type[Parameters]) -> tuple[tuple[str, Spec], ...]:
+def named_specs(group: type[Any]) -> tuple[tuple[str, Spec], ...]:
     """Field name and `Spec` of each parameter of a group, in the order they are written."""
     for f in fields(group):
         if f.default is MISSING:
