@@ -1,5 +1,6 @@
 """What the planner decides, input by input, without a node; it plans with the straight planner of the tests."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +10,11 @@ from straight_planner import STRAIGHT
 from collplan_core.control.permission import plan_lifetime
 from collplan_core.deadline import never
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, SUCCEEDED
-from collplan_core.loop import current_goal
+from collplan_core.loop import current_goal, progress
 from collplan_core.loop.decisions import ERROR, INFO, WARNING
 from collplan_core.loop.planner_loop import ALARM_PERIODS, PlannerLoop
 from collplan_core.loop.recovery import way_left
+from collplan_core.movers.record import NO_MOVERS
 from collplan_core.plan import NoPlan
 from collplan_core.planners import PLANNERS
 from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses
@@ -165,6 +167,43 @@ def test_a_goal_that_stays_closed_off_is_given_up_one_that_was_for_a_moment_is_n
         ended += [stamp for status in statuses(loop.cycle(stamp)) if status == ABORTED]
     assert len(ended) == 1
     assert ended[0] - 1.02 == pytest.approx(current_goal.CLOSED_OFF_TIME, abs=0.11)
+
+
+def flickering(memory, local_map, state, goal, settings, deadline=never):
+    if round(10.0 * state.stamp) % 8:
+        raise NoPlan("closed off")
+    return STRAIGHT.plan(memory, local_map, state, goal, settings, deadline)
+
+
+def test_a_way_that_opens_and_closes_before_a_robot_that_stands_is_given_up_one_that_it_drives_on_is_not(monkeypatch):
+    monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, plan=flickering, gives_up_closed_off_goal=True))
+    for speed, by_hand, ends in ((0.0, False, 1), (0.1, False, 0), (0.0, True, 0)):
+        loop, ended = with_goal(goal=np.array([2.9, 0.0])), []
+        for stamp in np.arange(1.1, 2.0 + progress.PATIENCE, 0.1).tolist():
+            see(loop, stamp, x=speed * stamp)
+            if by_hand:
+                loop.take_manual_command()
+            ended += statuses(loop.cycle(stamp))
+        assert ended.count(ABORTED) == ends, (speed, by_hand)
+        assert not ends or re.search("stayed within .*closed off", loop.trouble)
+
+
+def test_a_mover_beside_a_robot_that_stays_is_named_one_that_waits_for_no_one_or_is_held_may_stay():
+    mover = replace(NO_MOVERS, positions=np.array([[0.5, 0.0]]), radii=np.array([0.2]))
+    for movers, goal, driven, said in (
+        (mover, AHEAD, True, "a mover, last seen at 0.50, 0.00"),
+        (mover, np.array([0.6, 0.0]), True, "a mover on the goal"),
+        (replace(mover, positions=np.array([[1.9, 0.0]])), AHEAD, True, ""),
+        (NO_MOVERS, AHEAD, True, ""),
+        (mover, AHEAD, False, ""),
+    ):
+        stays, found = progress.Progress(), ""
+        for local in np.arange(0.0, progress.PATIENCE + 1.0, 0.05).tolist():
+            found = found or stays.why_no_further(np.zeros(2), 1.0, local)
+            stays.beside(movers, np.zeros(2), goal)
+            stays.commanded(np.full(2, 0.1 * driven), local)
+            stays.planned(local)
+        assert (said in found) if said else not found, (said, found)
 
 
 def test_time_in_which_no_scan_comes_closes_no_goal_off(monkeypatch):

@@ -126,3 +126,30 @@ def test_a_mover_is_in_the_scans_of_the_measured_robot():
         measured = robot.rest()
         apart = np.array(place_at(mover, measured.newest.stamp)) - measured.newest.position
         assert measured.scan.ranges.min() == pytest.approx(np.hypot(*apart) - mover.radius, abs=0.002)
+
+
+def test_a_step_lasts_what_its_reward_counts_or_the_rates_are_refused():
+    """40 steps; a mocap that measures less often than the controller commands gives no state for some of them."""
+    for physics, mocap, control, runs in (
+        (1000.0, 100.0, 20.0, True),
+        (1000.0, 100.0, 100.0, True),
+        (1000.0, 100.0, 12.5, True),
+        (1000.0, 50.0, 25.0, True),
+        (1200.0, 60.0, 30.0, True),
+        (1000.0, 100.0, 30.0, False),
+        (1000.0, 100.0, 15.0, False),
+        (1000.0, 100.0, 200.0, False),
+        (1000.0, 30.0, 20.0, False),
+        (1000.0, 30.0, 30.0, False),
+        (1000.0, 10.0, 20.0, False),
+        (1000.0, 60.0, 20.0, False),
+    ):
+        rates = {"simulator.physics_rate": physics, "simulator.mocap_rate": mocap, "controller.rate": control}
+        env = gymnasium.make(BOUNCE, world="floor", settings=Settings().with_values(rates))
+        if not runs:
+            with pytest.raises(ParameterError, match=f"got ({mocap:g}|{control:g}) Hz, expected .* whole number"):
+                env.reset(seed=1)
+            continue
+        began = env.reset(seed=1)[1]["stamp"]
+        steps = [env.step(np.array([0.2, 0.0], np.float32)) for _ in range(40)]
+        assert steps[-1][-1]["stamp"] - began == pytest.approx(-sum(step[1] for step in steps)), rates

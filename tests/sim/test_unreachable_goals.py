@@ -1,13 +1,15 @@
 """Goals that cannot be reached are given up with a reason, and those that only look so are reached."""
 
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from shifted_starts import each_shift, shifted
 
 from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK
 from collplan_core.parameters import Settings
-from collplan_core.worlds import World, parse_world
+from collplan_core.worlds import Mover, World, parse_world
 from omnipuck_sim.trial import run_trial
 
 Box = tuple[float, float, float, float]
@@ -101,3 +103,19 @@ def test_a_goal_that_only_looks_so_is_reached(world, strategy, longest, shift):
     result = trial(shifted(world, shift), strategy)
     assert result.outcome == REACHED, result.reason
     assert result.path_length < longest
+
+
+ON_GOAL = Mover(0.15, np.array([[2.5, 2.6], [2.5, 1.5]]), 0.8, pause=6.0, rounds=1)
+DOOR_SHUTS = Mover(0.29, np.array([[1.9, 2.1], [1.8, 1.5]]), 0.6, to_and_fro=False, delay=0.3)
+
+
+@pytest.mark.parametrize(
+    "strategy", ["avoid", *(pytest.param(name, marks=pytest.mark.soak) for name in ("bounce", "low_risk"))]
+)
+@pytest.mark.parametrize("mover", [pytest.param(ON_GOAL, id="goal"), pytest.param(DOOR_SHUTS, id="door")])
+def test_who_stands_on_the_goal_or_in_the_only_door_is_waited_for_or_named_before_long(mover, strategy):
+    place = door(0.6) if mover is DOOR_SHUTS else room(3.0, (0.5, 1.5), (2.5, 1.5))
+    world = replace(place, movers=(mover,))
+    settings = Settings().with_values({"planner.strategy": strategy, "trial.timeout": 30.0})
+    result = run_trial(world, settings, seed=0)
+    assert result.outcome == REACHED or (result.outcome == ABORTED and "a mover" in result.reason), result.reason

@@ -184,11 +184,23 @@ def test_a_provenance_that_is_none_or_was_tampered_with_is_refused(copy, capsys)
 
 
 def test_neither_other_code_nor_another_process_adds_rows_to_a_table(copy, capsys, monkeypatch):
-    grid = preparation.prepare(StudyOptions(resume=copy)).grid
-    with RowFile(copy / ROWS, grid):
+    study = preparation.prepare(StudyOptions(resume=copy))
+    with RowFile(copy / ROWS, study.grid, study.code):
         assert "another process" in refused(capsys, copy)
     monkeypatch.setattr("collplan_study.run.provenance.trial_code", lambda: "0123456789abcdef")
     assert "other code" in refused(capsys, copy)
+
+
+@pytest.mark.parametrize("code", ['"code":"0123456789abcdef",', '"code":null,', ""])
+def test_a_row_of_other_code_is_refused_whenever_it_comes(copy, tmp_path, capsys, monkeypatch, code):
+    lines = (copy / ROWS).read_text().splitlines(keepends=True)
+    lines[3] = lines[3].replace(f'"code":"{trial_code()}",', code)
+    (copy / ROWS).write_text("".join(lines))
+    assert f"{ROWS}:4: " in refused(capsys, copy)
+    monkeypatch.setattr(worker, "CODE", "0123456789abcdef")
+    assert main([*FEW, "--out", str(tmp_path / "late")]) == 1
+    assert "other code or libraries (0123456789abcdef) has joined" in capsys.readouterr().err
+    assert n_rows(tmp_path / "late") == 0
 
 
 def test_the_hash_of_the_code_is_that_of_its_files_and_their_places(tmp_path, monkeypatch):

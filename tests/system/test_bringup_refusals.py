@@ -100,6 +100,13 @@ def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path
     (tmp_path / "old.yaml").write_text("/**:\n  ros__parameters:\n    lidar.world: slalom\n")
     assert preparation.prepare(replace(real, params=tmp_path / "old.yaml")).world.name == "unknown"
     assert preparation.prepare(replace(real, world="slalom")).world.name == "slalom"
+    # a base stops at its goal, unless something says otherwise
+    passing = tmp_path / "passing.yaml"
+    passing.write_text("/**:\n  ros__parameters:\n    planner.stop_at_goal: false\n")
+    base = replace(real, robot="base:/cmd_vel")
+    assert preparation.prepare(base).settings.planner.stop_at_goal
+    for other in (replace(base, params=passing), real, Options()):
+        assert not preparation.prepare(other).settings.planner.stop_at_goal
     # a check goes to no goal
     (tmp_path / "floor.yaml").write_text(WORLD)
     floor = replace(real, world=str(tmp_path / "floor.yaml"), goal=None, check=True)

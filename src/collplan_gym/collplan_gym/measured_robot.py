@@ -44,7 +44,8 @@ class MeasuredRobot:
         seed: seed of all noise.
 
     Raises:
-        ParameterError: a sensor that needs time, which is not simulated here.
+        ParameterError: a sensor that needs time, which is not simulated here, or rates at which a control period would
+            last another time than 1 / controller.rate.
     """
 
     def __init__(self, world: World, settings: Settings, seed: int) -> None:
@@ -58,8 +59,9 @@ class MeasuredRobot:
         self._lidar = InstantLidar(world, settings.lidar, seed, self._movers)
         self._filter = pose_filter.FRESH
         self._newest = self._simulator.state
-        self._period = round(settings.simulator.physics_rate / settings.controller.rate)
-        self._between_poses = round(settings.simulator.physics_rate / settings.simulator.mocap_rate)
+        poses = _periods(settings, "simulator.mocap_rate", "controller.rate")
+        self._between_poses = _periods(settings, "simulator.physics_rate", "simulator.mocap_rate")
+        self._period = poses * self._between_poses
 
     def rest(self) -> Measured:
         """Runs a control period without a command, which fills the window of the pose filter."""
@@ -90,3 +92,16 @@ class MeasuredRobot:
         self._newest = newest = states[-1] if states else self._newest
         contacts = tuple(self._simulator.take_impacts())
         return Measured(tuple(states), newest, tuple(changes), self._lidar.scan(newest), contacts)
+
+
+def _periods(settings: Settings, fast: str, slow: str) -> int:
+    """How many periods of one rate a period of another one lasts.
+
+    Raises:
+        ParameterError: not a whole number of them.
+    """
+    rate, other = settings.values()[fast], settings.values()[slow]
+    periods = round(rate / other)
+    if periods < 1 or abs(rate / other - periods) > 1e-6:
+        raise ParameterError(f"{slow}: got {other:g} Hz, expected {fast}, {rate:g} Hz, divided by a whole number")
+    return periods

@@ -6,4 +6,4 @@ class StudyError(ValueError):
 
 
 class WorkersLost(RuntimeError):
-    """The workers ended or cannot be reached; the rows so far are kept."""
+    """The workers ended, cannot be reached or have other code; the rows so far are kept."""

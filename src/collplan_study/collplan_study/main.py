@@ -34,7 +34,7 @@ def _run(options: StudyOptions) -> int:
     study = prepare(options)
     with open_pool(options.jobs, options.dask) as pool:
         folder = study.folder or make_folder(options.out, study.provenance, study.sources)
-        with RowFile(folder / ROWS, study.grid) as rows:
+        with RowFile(folder / ROWS, study.grid, study.code) as rows:
             return _complete(options, study, folder, rows, pool)
 
 
@@ -65,7 +65,7 @@ def _run_missing(options: StudyOptions, study: Study, folder: Path, rows: RowFil
     started_at = perf_counter()
     missing = (task for task in study.grid if task.index not in rows and options.selects(task))
     with progress_bar(len(study.grid), len(rows), "trial") as bar:
-        for records in run_tasks(missing, *pool):
+        for records in run_tasks(missing, *pool, study.code):
             rows.append(records)
             bar.update(len(records))
     session = finished_session(session, len(rows) - session["done_before"], perf_counter() - started_at)

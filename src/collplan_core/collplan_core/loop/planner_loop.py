@@ -4,7 +4,8 @@ Once per map_period a plan is made if it can be: from the newest scan and the po
 and all scans so far, as the planner requires; with some planners also at once after an impact. A new goal replaces the
 old one. A goal ends when it is reached, canceled, where the robot cannot stand within its tolerance by the scan, not
 reached within planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen; when the robot
-leaves the fence; when it was stuck too often; and when a planner without memory came no nearer to it for long. A robot
+leaves the fence; when it was stuck too often; when a planner without memory came no nearer to it for long; and when the
+robot has stayed about one place for long, before a mover or a way that closed there. A robot
 that is commanded and does not move backs out along the way it came. The place then counts as an obstacle, until that
 leaves no way. When the poses jump, stop or start over, memory is dropped and the goal gets a new stamp, which
 invalidates every earlier plan.
@@ -141,6 +142,7 @@ class PlannerLoop:
         if state is not None and now is not None:
             self._commands = with_command(self._commands, velocity, state.yaw, now)
             self._recovery.commanded(self._commands[-1, 1:], now)
+            self._progress.commanded(velocity, local)
 
     def take_drive(self, max_acceleration: float, lag: float, delay: float) -> None:
         """Takes the drive that the controller uses from now on: [m/s^2], [s], [s]."""
@@ -150,6 +152,7 @@ class PlannerLoop:
     def take_manual_command(self) -> None:
         """Takes a person's command, which the robot follows instead of the plan."""
         self._recovery.led_by_hand()
+        self._progress.leave()
         self._forget_plan()
 
     def take_scan(self, scan: Scan, local: float) -> None:
@@ -277,9 +280,10 @@ class PlannerLoop:
         stale = self.why_stale(local)
         if stale or now is None:
             self.goal.may_be_open()
+            self._progress.leave()
             self._report_no_plan("stale", stale, local)
             return
-        if self._recovery.is_backing_out(now):
+        if self._stays(local) or self._recovery.is_backing_out(now):
             return
         try:
             self._update_local_map()
@@ -294,6 +298,16 @@ class PlannerLoop:
             self._plan(initial, now + plan_lifetime(map_period_of(settings.planner)), local, deadline)
         elif initial is None or newest > self._planned_until:
             self._report_no_plan("no_pose", f"no pose for the scan's stamp {newest:.3f}", local)
+
+    def _stays(self, local: float) -> bool:
+        """Gives the goal up where the robot has stayed about one place for long; returns whether it did."""
+        state, progress = self._inputs.state, self._progress
+        assert state is not None, "there is no time on the poses' clock without one"
+        stays = progress.why_no_further(state.position, self._settings.robot.fastest, local)
+        if stays:
+            self._give_up(stays)
+        progress.beside(self.movers, state.position, self.goal.position)
+        return bool(stays)
 
     def _update_local_map(self) -> None:
         """Makes the local map of the newest scan whose pose is known, once per scan."""
@@ -350,13 +364,16 @@ class PlannerLoop:
                 return
             self._report_no_way(str(error), local, self._planner.gives_up_closed_off_goal)
             return
+        self._progress.planned(local)
         self._decide_on(plan if before is None else before.before(plan), valid_until, shown)
 
     def _report_no_way(self, reason: str, local: float, gives_up: bool) -> None:
         """Makes no plan; gives the goal up where that lasts, as a single noisy scan may be wrong."""
         self._report_no_plan("no_plan", reason, local)
+        if gives_up:
+            self._progress.closed = reason
         if gives_up and self.goal.is_closed_off(local):
-            self._give_up(reason)
+            self._give_up("; ".join(filter(None, (reason, self._progress.mover))))
 
     def _recover(self, stuck: str, state: State) -> None:
         """Backs out of a place where the robot is stuck, or gives the goal up where it was stuck too often."""

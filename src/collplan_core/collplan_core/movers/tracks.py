@@ -17,6 +17,8 @@ TRAIL_STEP, TRAIL_TIME = 0.15, 3.0
 """Distance between the places of a trail [m], and its length [s]: who walks there may come back."""
 WALKED = 0.15
 """A track that has come so far from its first sight goes on where it stops [m]: walls beside a mover come nowhere."""
+STAYED = 20
+"""So many sights show the same: who came to a stand where the robot first saw them is a mover nevertheless."""
 FASTEST = 2.5
 """A faster fit is one of wrong clusters [m/s]."""
 CERTAIN = 5
@@ -73,8 +75,8 @@ class Track:
 
     @property
     def has_walked(self) -> bool:
-        """True once the mover is away from its first place."""
-        return float(np.hypot(*(self.centers[-1] - self.first))) > WALKED
+        """True once the mover is away from its first place, or was seen in it often enough."""
+        return self.sights >= STAYED or float(np.hypot(*(self.centers[-1] - self.first))) > WALKED
 
     @property
     def last_seen(self) -> float:

@@ -32,6 +32,7 @@ class RobotKind:
         in_one_process: whether its nodes can run in bringup's process, where simulated time waits for them.
         namespace: default namespace of its graph.
         outside: topics that its own nodes publish without a namespace, where the graph has that default.
+        stops_at_goal: planner.stop_at_goal, unless it is given.
     """
 
     nodes: tuple[str, ...]
@@ -42,6 +43,7 @@ class RobotKind:
     in_one_process: bool = False
     namespace: str = "/"
     outside: tuple[str, ...] = ()
+    stops_at_goal: bool = False
 
 
 SPEED_FACTOR = "simulator.speed_factor"
@@ -57,7 +59,14 @@ ROBOTS = {
     "emulator": EMULATOR,
     "emulator:c": replace(EMULATOR, values={**EMULATOR.values, "emulator.firmware": "c"}),
 }
-ANY_BASE = RobotKind(nodes=("base_node",), simulated=False, network=None, namespace="/collplan", outside=("scan",))
+ANY_BASE = RobotKind(
+    nodes=("base_node",),
+    simulated=False,
+    network=None,
+    namespace="/collplan",
+    outside=("scan",),
+    stops_at_goal=True,
+)
 """Its own cmd_vel is another topic than the one of the graph, which is therefore in a namespace."""
 EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH, {SERIAL}:PATH@BAUD or {BASE}:TOPIC"
 FIRST_SPEED = 0.3

@@ -184,7 +184,8 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
 def _settings(
     options: Options, robot: RobotKind, given: Mapping[str, object], chosen: Mapping[str, object]
 ) -> Settings:
-    values = {**given, **robot.values, **chosen}
+    # a base of others' making rolls on past a goal that it is only to pass
+    values = {"planner.stop_at_goal": robot.stops_at_goal, **given, **robot.values, **chosen}
     if options.check:
         values = {"lidar.world": FLOOR, "simulator.world": FLOOR, **values}
     values[SPEED_FACTOR] = _speed_factor(values.get(SPEED_FACTOR, 1.0), _steps(options, robot))

@@ -27,6 +27,11 @@ class Study:
     provenance: Provenance
     folder: Path | None
 
+    @property
+    def code(self) -> str:
+        """Hash of the code that its trials are run by."""
+        return str(self.provenance["code"]["trial"])
+
 
 def prepare(options: StudyOptions) -> Study:
     """The study that the options describe, new or resumed. Writes nothing.

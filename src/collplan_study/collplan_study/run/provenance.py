@@ -25,9 +25,11 @@ from collplan_study.question.options import StudyOptions
 from collplan_study.question.question import Question
 from collplan_study.question.sources import Source
 from collplan_study.run.study_folder import source_records
+from collplan_study.tables import rows
 
 Provenance = dict[str, Any]
 SIMULATOR = Path(omnipuck_sim.__file__).parent
+TABLES = Path(rows.__file__).parent
 LIBRARIES = (
     "numpy",
     "scipy",
@@ -44,12 +46,13 @@ PROJECT = ("collplan-core", "omnipuck-sim", "collplan-study")
 
 
 def trial_code() -> str:
-    """Hash over all that decides a trial's result: collplan_core, the simulator, and the libraries they calculate with.
+    """Hash over all that decides a trial's row: collplan_core, the simulator, the columns, and the libraries.
 
-    It covers every Python file of the two packages, in subfolders too.
+    It covers every Python file of the two packages and of `tables`, in subfolders too.
     """
     libraries = [version(name) for name in ("numpy", "numba", "pymunk")] + [_version("mujoco-core") or ""]
-    return sha256("".join([sources_digest(), sources_digest(SIMULATOR), *libraries]).encode()).hexdigest()[:16]
+    sources = [sources_digest(), sources_digest(SIMULATOR), sources_digest(TABLES)]
+    return sha256("".join([*sources, *libraries]).encode()).hexdigest()[:16]
 
 
 def git_state() -> str | None:

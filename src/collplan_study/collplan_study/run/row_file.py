@@ -72,12 +72,12 @@ class RowFile:
     It is a context manager that holds a lock: only one process at a time can open the file.
 
     Raises:
-        StudyError: another process has the file open, or a line is not a trial of this grid.
+        StudyError: another process has the file open, or a line is not a trial of this grid and code.
     """
 
-    def __init__(self, path: Path, grid: TrialGrid) -> None:
-        """Opens or creates the file and reads which trials it holds."""
-        self._path, self._grid = path, grid
+    def __init__(self, path: Path, grid: TrialGrid, code: str) -> None:
+        """Opens or creates the file of a study begun with `code`, and reads which trials it holds."""
+        self._path, self._grid, self._code = path, grid, code
         self._offsets: dict[int, int] = {}
         try:
             self._file = JsonLines(path)
@@ -118,7 +118,12 @@ class RowFile:
             index, row = record["index"], record["row"]
             known = isinstance(index, int) and 0 <= index < len(self._grid) and index not in self._offsets
             if known and _has_labels(row, self._grid.tasks[index].labels) and "path" in record:
-                return index
+                if record["code"] == self._code:
+                    return index
+                other = f"run by other code or libraries ({record['code']}), the study by {self._code}"
+                raise StudyError(f"{self._path}:{number}: {other}: remove the line, or begin a new study")
+        except StudyError:
+            raise
         except (ValueError, KeyError, TypeError, AttributeError):
             pass
         expected = "expected a trial of this study, each once"

@@ -18,11 +18,11 @@ QUEUED = 2
 """Batches submitted for each worker."""
 
 
-def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterator[list[TrialRow]]:
+def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int, code: str) -> Iterator[list[TrialRow]]:
     """The records of each batch as it is completed, in no order. Memory does not grow with the number of tasks.
 
     Raises:
-        WorkersLost: the executor broke.
+        WorkersLost: the executor broke, or a worker has other code than `code`: one may join at any time.
     """
     remaining = iter(tasks)
     batches = iter(lambda: tuple(islice(remaining, BATCH)), ())
@@ -30,7 +30,7 @@ def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterat
     while pending:
         done, pending = wait(pending, return_when=FIRST_COMPLETED)
         for future in done:
-            yield _result(future)
+            yield _of_code(_result(future), code)
         pending |= _submitted(executor, islice(batches, len(done)))
 
 
@@ -47,6 +47,13 @@ def _result(future: Future[list[TrialRow]]) -> list[TrialRow]:
     except Exception as error:
         # run_batch catches what a trial raises: any error left is the executor's
         raise _lost(error) from error
+
+
+def _of_code(rows: list[TrialRow], code: str) -> list[TrialRow]:
+    for row in rows:
+        if (found := row.get("code")) != code:
+            raise WorkersLost(f"a worker with other code or libraries ({found}) has joined, here is {code}: end it")
+    return rows
 
 
 def _lost(error: Exception) -> WorkersLost:

@@ -10,8 +10,12 @@ from time import perf_counter
 
 from collplan_core.warm_up import warm_up
 from collplan_study.question.grid import Task
+from collplan_study.run.provenance import trial_code
 from collplan_study.tables.rows import NO_PATH, TrialRow, error_measures, impact_rows, measures, sampled_path
 from omnipuck_sim.trial import run_trial
+
+CODE = trial_code()
+"""Of what this process runs: taken at the import, as the files may change later."""
 
 
 def run_batch(tasks: Sequence[Task]) -> list[TrialRow]:
@@ -28,7 +32,8 @@ def _run_task(task: Task) -> TrialRow:
         impacts = impact_rows(result)
     except Exception as error:
         measured, path, impacts = error_measures(error), NO_PATH, []
-    return {"index": task.index, "row": {**task.labels, **measured}, "path": path, "impacts": impacts}
+    row = {**task.labels, **measured}
+    return {"index": task.index, "code": CODE, "row": row, "path": path, "impacts": impacts}
 
 
 @cache

@@ -63,9 +63,13 @@ NO_PATH: Path = {"t_ms": [], "x": [], "y": []}
 
 
 class TrialRow(TypedDict):
-    """One trial as JSON holds it: its place in the grid, every column by name, its sampled path, a row per impact."""
+    """One trial as JSON holds it.
+
+    Its place in the grid, the hash of the code that ran it, every column by name, its sampled path, a row per impact.
+    """
 
     index: int
+    code: str
     row: dict[str, Any]
     path: Path
     impacts: list[dict[str, Any]]
