@@ -129,7 +129,7 @@ class MocapNode(GraphNode):
         self._inputs.listen(DiagnosticStatus, "controller/drive", self._take_drive, LATCHED, AN_EVENT)
         self._inputs.listen(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
         warm_up()
-        self._begin()
+        self._begin(self._inputs)
         body = f", body {mocap.subject}" if mocap.subject else ""
         self._inputs.ready(f"format {mocap.format}{body}, frame {self._pose_frame()}")
 
