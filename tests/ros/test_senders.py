@@ -83,4 +83,4 @@ def test_both_are_named_once_in_the_log_and_on_diagnostics_and_nothing_of_one(ro
     said = [text for level, text in terminal.lines(node) if level == ERROR]
     assert len(said) == 1
     assert {"tf_static": "comes on /tf"}.get(what, f"2 nodes publish {topic}") in said[0]
-    assert "/receiver" in said[0] and "/second_receiver" in said[0]
+    assert all(name in said[0] for name in ("/receiver", "/second_receiver"))
