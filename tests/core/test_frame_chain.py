@@ -39,3 +39,25 @@ def test_frames_that_nothing_joins_have_no_place_and_a_tilted_lidar_is_refused()
     links["laser"] = Link("base_link", np.zeros(3), Rotation.from_euler("y", 0.6).as_quat())
     with pytest.raises(ValueError, match="laser is tilted by 34 degrees on base_link"):
         mount_in(links, "base_link", "laser")
+
+
+def hung(links, parent, at, name, chain):
+    """Hangs a chain of frames below a frame at `at`; returns the last one and where that is."""
+    for k, (x, y, yaw, _) in enumerate(chain):
+        child = f"{name}{k}"
+        links[child] = link(parent, x, y, yaw)
+        at, parent = (at[0] + at[1].apply(links[child].position), at[1] * Rotation.from_euler("z", yaw)), child
+    return parent, at
+
+
+@given(root=st.lists(level, max_size=2), base=st.lists(level, max_size=3), laser=st.lists(level, max_size=3))
+def test_a_lidar_is_found_wherever_it_and_the_robot_hang_in_one_tree(root, base, laser):
+    links: dict[str, Link] = {}
+    footprint, at = hung(links, "world", (np.zeros(3), Rotation.identity()), "root", root)
+    (base_frame, (base_at, base_turn)), (frame, (laser_at, laser_turn)) = (
+        hung(links, footprint, at, name, chain) for name, chain in (("base", base), ("laser", laser))
+    )
+    mount = mount_in(links, base_frame, frame)
+    np.testing.assert_allclose((mount.x, mount.y), base_turn.inv().apply(laser_at - base_at)[:2], atol=1e-9)
+    turned = (base_turn.inv() * laser_turn).as_euler("xyz")[2]
+    assert math.remainder(mount.yaw - turned, math.tau) == pytest.approx(0.0, abs=1e-9)

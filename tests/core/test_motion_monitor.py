@@ -199,3 +199,27 @@ def test_a_robot_that_begins_to_listen_is_not_late():
     drive.run(turning, 6.0, begin=3.0)
     assert LATE not in drive.kinds
     assert drive.verdicts[-1][1].kind == OK
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+@pytest.mark.parametrize("paces", [(0.9,), (0.7,), (0.5,), (1.0, 0.5), (1.0, 0.8, 0.95, 0.6)])
+def test_slow_simulated_time_is_named_and_never_called_late_poses(paces, noise):
+    record, stamp, reason, rng = MotionRecord(), 100.0, "", np.random.default_rng(3)
+    for k in range(800):
+        stamp += 0.01 * paces[min(k // 100, len(paces) - 1)]
+        state = State(stamp, np.array([0.5 * stamp, 0.0]), np.array([0.5, 0.0]), 0.0)
+        record = add_pose(record, state, 0.01 * k + noise * rng.random(), False)
+        record = add_command(record, np.array([0.5, 0.0]), 0.01 * k)
+        reason = reason or judge_motion(record, 0.01 * k, Settings())[0].reason
+    assert "use_sim_time" in reason
+    assert "later" not in reason
+
+
+def test_poses_of_which_one_comes_late_at_once_are_no_slow_time():
+    record, verdict = MotionRecord(), None
+    for k in range(100):
+        state = State(0.01 * k, np.array([0.005 * k, 0.0]), np.array([0.5, 0.0]), 0.0)
+        record = add_pose(record, state, 0.01 * k + 0.3 * (k > 60), False)
+        record = add_command(record, np.array([0.5, 0.0]), 0.01 * k)
+    verdict, _ = judge_motion(record, 1.3, Settings())
+    assert "poses come later than they did" in verdict.reason

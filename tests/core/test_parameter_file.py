@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings, all_specs
-from collplan_core.parameters.file import NODES, read_parameters, write_parameters
+from collplan_core.parameters.file import NODES, follows_clock, read_parameters, write_parameters
 from collplan_core.parameters.groups import SHORTEST_MAP_PERIOD
 from collplan_core.parameters.spec import ParameterError, Spec
 from collplan_core.yaml_text import LONGEST
@@ -70,6 +70,30 @@ FORMS = {
     "node before all": "planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n"
     "/**:\n  ros__parameters:\n    planner.map_period: 0.7\n",
 }
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("/**: {ros__parameters: {use_sim_time: true}}", True),
+        ("planner_node: {ros__parameters: {use_sim_time: true}}", True),
+        ("/**: {ros__parameters: {planner.map_period: 0.3}}", False),
+        ("/robot2/**: {ros__parameters: {use_sim_time: true}}\n/**: {ros__parameters: {}}", False),
+        ("/**: {ros__parameters: {use_sim_time: 1}}", "got .*1.*, expected true or false"),
+        (
+            "/**: {ros__parameters: {use_sim_time: true}}\nmocap_node: {ros__parameters: {use_sim_time: false}}",
+            "use_sim_time: got .*mocap_node.*expected one value for every node",
+        ),
+    ],
+)
+def test_use_sim_time_of_a_file_is_one_value_for_every_node(tmp_path, text, expected):
+    path = tmp_path / "sim.yaml"
+    path.write_text(text)
+    if isinstance(expected, bool):
+        assert follows_clock(path) == expected
+    else:
+        with pytest.raises(ParameterError, match=expected):
+            follows_clock(path)
 
 
 def read(tmp_path: Path, text: str) -> dict:

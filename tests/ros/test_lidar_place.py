@@ -8,6 +8,7 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
 
+from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.lidar_place import with_lidar_place
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import prepare
@@ -47,6 +48,17 @@ def test_bringup_takes_it_from_tf_static_unless_a_parameter_says_it(ros, real_me
     taken = preparation.settings.scan
     assert (taken.frame, *taken.offset, taken.mirrored) == ("laser", 0.12, 0.0, pytest.approx(math.pi / 2), False)
     assert "laser is 0.120 m forward" in words
+
+
+def test_a_given_use_sim_time_reaches_every_node_with_the_clock_of_the_whole_graph(tmp_path):
+    before = prepared(tmp_path)
+    (tmp_path / "sim.yaml").write_text("/**: {ros__parameters: {use_sim_time: true, robot: {radius: 0.15}}}")
+    given = {"params": tmp_path / "sim.yaml", "goal": (1.0, 0.0), "network": "local"}
+    follows = prepare(Options(robot="base:/cmd_vel", scan="real", **given))
+    assert (before.simulated_time, follows.simulated_time) == ([], ["-p", "use_sim_time:=true"])
+    assert [any("/clock" in word for word in each.remapped) for each in (before, follows)] == [True, False]
+    with pytest.raises(StartError, match=r"use_sim_time: got true in .*sim.yaml, expected false"):
+        prepare(Options(processes=True, params=tmp_path / "sim.yaml"))
 
 
 def test_without_a_transform_it_is_said_where_the_lidar_is_taken_to_be(ros, tmp_path):

@@ -14,7 +14,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.messages.conversions import pose_to_message, quaternion_from_yaw
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
-from collplan_ros.nodes import localisation
+from collplan_ros.nodes import localisation, odometry_body
 from collplan_ros.nodes.mocap_node import MocapNode
 from node_health import NodeHealth
 
@@ -38,7 +38,7 @@ class OdometryBench:
         ros.probe.create_timer(0.05, self._repeat)
         self.poses = ros.publisher(Odometry, "/odom", POSE_PUBLISHED)
         assert ros.wait_until(lambda: self.node.count_subscribers("mocap/odom"))
-        self.stamp, self.x = 5.0, 0.0
+        self.stamp, self.x, self.body = 5.0, 0.0, "base_link"
 
     def ties(self, x: float, y: float, yaw: float) -> None:
         transform = TransformStamped(child_frame_id="odom")
@@ -58,12 +58,15 @@ class OdometryBench:
     def drive(self, n: int, speed: float) -> None:
         """n poses along the x axis of the odometry's frame."""
         for _ in range(n):
-            self.stamp, self.x = self.stamp + 0.02, self.x + 0.02 * speed
-            pose = pose_to_message(PoseSample(self.stamp, np.array([self.x, 0.0]), 0.0), "odom")
-            message = Odometry(header=pose.header, child_frame_id="base_link")
-            message.pose.pose = pose.pose
-            self.poses.publish(message)
+            self.drive_one(speed)
             self.ros.spin(0.005)
+
+    def drive_one(self, speed: float = 0.0) -> None:
+        self.stamp, self.x = self.stamp + 0.02, self.x + 0.02 * speed
+        pose = pose_to_message(PoseSample(self.stamp, np.array([self.x, 0.0]), 0.0), "odom")
+        message = Odometry(header=pose.header, child_frame_id=self.body)
+        message.pose.pose = pose.pose
+        self.poses.publish(message)
 
     @property
     def place(self) -> tuple[float, float]:
@@ -167,3 +170,34 @@ def test_poses_of_a_localisation_alone_are_refused_with_what_to_set_up(ros):
 def test_refused_parameters(ros, parameters, words):
     with pytest.raises(ParameterError, match=words):
         ros.make(MocapNode, USED | parameters)
+
+
+@pytest.mark.parametrize(
+    ("body", "joined", "words"),
+    [
+        ("camera", ("base_link", "camera", 0.2), "got 'camera', expected 'base_link'.*mocap.body_offset_x 0.200"),
+        ("camera", ("camera", "base_link", -0.2), "mocap.body_offset_x 0.200"),
+        ("camera", None, "nothing on /tf_static joins them"),
+        ("robot2/base_link", None, "got 'robot2/base_link'"),
+        ("base_footprint", ("base_footprint", "base_link", 0.0), ""),
+        ("base_footprint", None, ""),
+        ("", None, ""),
+    ],
+)
+def test_an_odometry_of_another_body_is_named_with_its_place(ros, real_messages, monkeypatch, body, joined, words):
+    monkeypatch.setattr(odometry_body, "PATIENCE", 0.3)
+    health = NodeHealth(ros, "/mocap_node")
+    bench = OdometryBench(ros, real_messages)
+    if joined:
+        parent, child, ahead = joined
+        transform = TransformStamped(child_frame_id=child)
+        transform.header.frame_id, transform.transform.translation.x = parent, ahead
+        ros.publisher(bench.kind, "/tf_static", LATCHED).publish(bench.kind(transforms=[transform]))
+    bench.body = body
+    bench.ties(0.0, 0.0, 0.0)
+    ros.probe.create_timer(0.05, bench.drive_one)
+    if words:
+        assert ros.wait_until(lambda: re.search(words, health.newest.message))
+    else:
+        ros.spin(2.5)
+        assert "child_frame_id" not in health.newest.message

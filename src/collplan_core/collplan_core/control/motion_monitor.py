@@ -74,6 +74,10 @@ MOST_LEARNT = 0.014
 1.4 s, in 8 simulated drives."""
 SMOOTHED = 0.2
 """Weight of a new estimate of the delay against the earlier ones."""
+SLOW_STAMPS = 0.97
+"""Stamps that advance less than this in a second are of a slow clock, where no single pose came late."""
+SINGLE = 0.5
+"""Share of what poses came later by, more than which a slow clock does not add between two of them."""
 GROWTH_TIME = 0.25
 """Time for which poses must come later than they did [s]."""
 DRIFT = 0.002
@@ -162,7 +166,7 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     limit = settings.limits.motion_delay
     growth = _growth(motion, record.quickest, now)
     if growth > limit:
-        return _late(growth, limit, "poses come later than they did, by"), record
+        return _late(record, growth, limit, "poses come later than they did, by"), record
     why_stuck = stuck.why_stuck(motion[:, [0, 4, 5]], commands, settings.robot.max_acceleration)
     if why_stuck:
         # what holds it unseen may push it aside as well
@@ -173,8 +177,23 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     return _compared(record, begin, velocities, settings)
 
 
-def _late(delay: float, limit: float, what: str) -> MotionVerdict:
+def _late(record: MotionRecord, delay: float, limit: float, what: str) -> MotionVerdict:
+    pace = _pace(record)
+    if pace < SLOW_STAMPS:
+        slow = f"stamps of the poses advance by {pace:.2f} s in a second"
+        return MotionVerdict(LATE, delay, f"{slow}: a simulation? then use_sim_time: true for every node")
     return MotionVerdict(LATE, delay, f"{what} {delay:.2f} s, limit {limit:.2f} s")
+
+
+def _pace(record: MotionRecord) -> float:
+    """Returns how much the stamps advance in a second since the quickest pose kept; 1 where single poses came late."""
+    motion = record.motion
+    delays = motion[:, 0] - motion[:, 1]
+    since = int(delays.argmin())
+    grown, passed = delays[-1] - delays[since], motion[-1, 0] - motion[since, 0]
+    if passed < 0.6 * GROWTH_TIME or np.diff(delays[since:]).max() > SINGLE * grown:
+        return 1.0
+    return float((motion[-1, 1] - motion[since, 1]) / passed)
 
 
 @njit
@@ -239,7 +258,7 @@ def _compared(
     record = replace(record, advantage=advantage)
     if follows and is_clear and before > 0.0 and advantage > LATE_ADVANTAGE:
         measured = float(DELAYS[too_late][int(by_delay[too_late].argmin())])
-        return _late(measured, limit, "motion comes after its command by"), record
+        return _late(record, measured, limit, "motion comes after its command by"), record
     is_worse = min(float(plain.min()), dead) - turned > WRONG_ADVANTAGE
     if is_worse and _drives_against(record.commands, velocities, begin, limit):
         return MotionVerdict(REVERSED, record.delay, "motion is turned or mirrored against the commands"), record

@@ -18,7 +18,8 @@ from collplan_core.parameters.groups import LOCKSTEP, is_without_effect, without
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
 
-ROS_KEYS = ("use_sim_time", "start_type_description_service")
+SIM_TIME = "use_sim_time"
+ROS_KEYS = (SIM_TIME, "start_type_description_service")
 """Keys that every ROS node declares itself."""
 
 NODES = (
@@ -61,6 +62,26 @@ def read_parameters(path: str | Path, namespace: str = "/") -> dict[str, Any]:
     if words:
         logging.getLogger(__name__).warning("%s: %s", path, words)
     return values
+
+
+def follows_clock(path: str | Path, namespace: str = "/") -> bool:
+    """Returns whether use_sim_time is true for the nodes of a namespace, in a file that `read_parameters` takes.
+
+    Raises:
+        ParameterError: it is neither true nor false, or not the same for each node; names the file.
+    """
+    given: dict[str, Any] = {}
+    space = f"/{namespace.strip('/')}".rstrip("/")
+    for node, values in _of_namespace(list(_sections("", parse_yaml(read_text(Path(path)), as_ros=True))), space):
+        if SIM_TIME in values:
+            given[node.rsplit("/", 1)[-1]] = values[SIM_TIME]
+    whole = [value for node, value in given.items() if node in _WILDCARDS][-1:]
+    special = [value for node, value in given.items() if node not in _WILDCARDS]
+    if not all(isinstance(value, bool) for value in given.values()):
+        raise ParameterError(f"{path}: {SIM_TIME}: got {given}, expected true or false")
+    if len({*whole, *special}) > 1:
+        raise ParameterError(f"{path}: {SIM_TIME}: got {given}, expected one value for every node, under {_EVERY_NODE}")
+    return any(given.values())
 
 
 def parameters_of(text: str, source: str, namespace: str = "/") -> dict[str, Any]:

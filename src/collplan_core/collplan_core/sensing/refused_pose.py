@@ -10,6 +10,8 @@ CLOCK = "clock"
 """Reason given beside accepted poses whose stamps do not run as time does."""
 CLOCK_RATIO = 1.5
 """Stamps that run faster or slower than this multiple of the local time cannot be seconds."""
+SLOWEST = 50.0
+"""Stamps that are slower than this are not of a simulation, but in another unit."""
 
 
 def described_pose(sample: PoseSample) -> str:
@@ -69,4 +71,7 @@ def why_clock_is_wrong(stamps: float, elapsed: float) -> str:
     """Returns why stamps that advance by `stamps` [s] in `elapsed` [s] are wrong; empty if they are not."""
     if math.isnan(elapsed) or elapsed / CLOCK_RATIO < stamps < elapsed * CLOCK_RATIO:
         return ""
-    return f"{stamps:.3g} s of stamps in {elapsed:.2f} s, expected as many: in which unit are those of header.stamp?"
+    what = "in which unit are those of header.stamp?"
+    if elapsed / SLOWEST < stamps < elapsed:
+        what = f"a simulation? then use_sim_time: true for every node; else {what}"
+    return f"{stamps:.3g} s of stamps in {elapsed:.2f} s, expected as many: {what}"

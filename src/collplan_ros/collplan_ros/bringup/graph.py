@@ -111,6 +111,7 @@ class Graph:
         self._stop_signal = StopSignal()
         self._stack = ExitStack()
         self._commanders_due = 0.0
+        self._first_said: dict[str, str] = {}
         self._clients: dict[str, Client] = {}
 
     def __enter__(self) -> "Graph":
@@ -250,7 +251,8 @@ class Graph:
         if name not in self.preparation.programs or f"/{space.replace('.', '/')}" != self.preparation.namespace:
             return
         stands = not robot.simulated and name in (robot.nodes[0], COMMANDER)
-        if message.level >= (WARN if stands else ERROR):
+        # what two nodes say alike of a topic that both take is printed once
+        if message.level >= (WARN if stands else ERROR) and self._first_said.setdefault(message.msg, name) == name:
             self.progress.say(f"{name}: {message.msg}")
 
     def _refuse_running_nodes(self) -> None:

@@ -5,7 +5,7 @@ import os
 import time
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -14,13 +14,11 @@ from sensor_msgs.msg import LaserScan
 
 from collplan_core.calibration.frame_chain import Link, mount_in
 from collplan_core.calibration.lidar_fit import LidarMount
-from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import environment_set, graph_environment
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS, SENSOR_DATA
-from collplan_ros.messages.reading import place_fields
-from collplan_ros.nodes.localisation import TOLERANCE
+from collplan_ros.nodes.odometry_body import take_links
 
 PATIENCE = 3.0
 """Longest wait for scans and transforms [s]."""
@@ -62,15 +60,6 @@ def _listened(preparation: Preparation) -> tuple[str, LidarMount | None]:
     links: dict[str, Link] = {}
     frames, base = [preparation.settings.scan.frame], preparation.settings.frames.base
 
-    def take_transforms(message: Any) -> None:
-        for each in message.transforms:
-            position, quaternion = place_fields(each.transform.translation, each.transform.rotation)
-            try:
-                check_pose_fields(0.0, position, quaternion, TOLERANCE)
-            except PoseError:
-                continue  # of another device, or one that the result then lacks
-            links[each.child_frame_id] = Link(each.header.frame_id, position, quaternion)
-
     def take_scan(message: LaserScan) -> None:
         frames[0] = frames[0] or str(message.header.frame_id)
 
@@ -85,7 +74,7 @@ def _listened(preparation: Preparation) -> tuple[str, LidarMount | None]:
         except RuntimeError:  # ROS does not start: bringup's own node says why
             return frames[0], None
         stack.callback(node.destroy_node)
-        node.create_subscription(TFMessage, "/tf_static", take_transforms, LATCHED_TRANSFORMS)
+        node.create_subscription(TFMessage, "/tf_static", partial(take_links, links), LATCHED_TRANSFORMS)
         node.create_subscription(LaserScan, "scan", take_scan, SENSOR_DATA)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from collplan_core.parameters import Settings
-from collplan_core.parameters.file import read_parameters
+from collplan_core.parameters.file import follows_clock, read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
@@ -60,6 +60,7 @@ class Preparation:
         in_one_process: whether the robot and its nodes run in bringup's process, where simulated time waits for them.
         in_real_time: whether simulated time is at most as fast as real time there.
         lidar_unsaid: whether the LIDAR is a real one whose place on the robot no parameter gives.
+        follows_clock: whether time is that of another simulator, on /clock.
     """
 
     robot: RobotKind
@@ -75,6 +76,7 @@ class Preparation:
     in_one_process: bool = False
     in_real_time: bool = True
     lidar_unsaid: bool = False
+    follows_clock: bool = False
 
     @property
     def ends(self) -> list[np.ndarray]:
@@ -90,13 +92,16 @@ class Preparation:
     @property
     def simulated_time(self) -> list[str]:
         """Arguments by which a node follows the simulation's clock, where there is one."""
-        return ["-p", "use_sim_time:=true"] if self.settings.simulator.publishes_clock else []
+        return ["-p", "use_sim_time:=true"] if self.settings.simulator.publishes_clock or self.follows_clock else []
 
     @property
     def remapped(self) -> list[str]:
         """Arguments by which a node finds the topics that are not in the graph's namespace."""
         outside = self.robot.outside if self.namespace == self.robot.namespace else ()
-        return [*REMAPPED, *(word for topic in outside for word in ("-r", f"{topic}:=/{topic}"))]
+        return [
+            *REMAPPED * (not self.follows_clock),
+            *(word for topic in outside for word in ("-r", f"{topic}:=/{topic}")),
+        ]
 
     def full_name(self, node: str) -> str:
         """Full name of a node of this graph."""
@@ -129,6 +134,7 @@ def prepare(options: Options) -> Preparation:
     asked, chosen = options.asked(robot.simulated), options.values()
     try:
         given = read_parameters(options.params, options.graph) if options.params else {}
+        follows = options.params is not None and follows_clock(options.params, options.graph)
         _refuse_unsaid(options, robot)
         settings, speed = _slow(_settings(options, robot, given, chosen), options, robot, given)
         world = load_world(settings.simulator.world)
@@ -142,7 +148,11 @@ def prepare(options: Options) -> Preparation:
     steps = _steps(options, robot), options.real_time or options.view
     # a check finds its place from the scans
     unsaid = LIDAR not in found and not options.check and not MOUNT & {*given, *chosen}
-    about = asked, options.graph, speed, options.check, *steps, unsaid
+    if follows and robot.simulated and not settings.simulator.publishes_clock:
+        raise StartError(
+            f"use_sim_time: got true in {options.params}, expected false: this simulator runs in real time"
+        )
+    about = asked, options.graph, speed, options.check, *steps, unsaid, follows and not robot.simulated
     return Preparation(robot, network, settings, world, goal, found, *about)
 
 

@@ -9,6 +9,7 @@ from rclpy.node import Node
 from collplan_core.parameters import Settings
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import Diagnostics, Health
+from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import Group, declare, on_change, read_settings
 from collplan_ros.node_kit.shared_constants import SharedConstants
 
@@ -39,9 +40,14 @@ class GraphNode(Node):
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *groups)
 
-    def _begin(self) -> None:
-        """Sends the first report: the node is ready."""
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+    def _begin(self, inputs: Inputs | None = None) -> None:
+        """Sends the first report: the node is ready. Conflicts of `inputs` are part of its health."""
+
+        def health() -> Health:
+            own = self._constants.judged(self._health())
+            return own if inputs is None else inputs.judged(own)
+
+        self._diagnostics = Diagnostics(self, health)
 
     def _change(self, settings: Settings) -> None:
         """Takes settings that were changed by `ros2 param set`."""

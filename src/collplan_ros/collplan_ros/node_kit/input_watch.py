@@ -12,6 +12,8 @@ EVENT = "event"
 """An input that comes when something happens: never missed."""
 
 COMES = "comes"
+CONFLICT = "conflict"
+"""Keys of lines that are no warnings."""
 QUIET_CHECKS = 2
 """Checks in a row without a message after which an input is missed. Checks, not seconds: a stalled node misses none."""
 
@@ -28,13 +30,14 @@ class InputWatch:
         n_taken, n_refused: messages so far.
         hint: what is suspicious about messages that were taken, "" for nothing.
         dropped: why the newest message was neither taken nor refused, "" where it was.
+        conflict: which of its messages contradict each other or this node's settings, and what to do; "" for none.
     """
 
     def __init__(self, name: str, need: str, publishers: Callable[[], list[str]]) -> None:
         self.name = name
         self.n_taken = self.n_refused = 0
         self._need = need
-        self.hint = self.dropped = ""
+        self.hint = self.dropped = self.conflict = ""
         self._publishers = publishers
         self._reason = ""
         self._checked = 0, 0
@@ -70,6 +73,8 @@ class InputWatch:
             true[f"{bool(taken)} {kind}"] = f"{self.name} refused: {self._reason}"
         if self.hint:
             true["hint"] = f"{self.name}: {self.hint}"
+        if self.conflict:
+            true[CONFLICT] = self.conflict
         return true | {line: line for line in self._obstacles(publishers)}
 
     def _obstacles(self, publishers: list[str]) -> list[str]:

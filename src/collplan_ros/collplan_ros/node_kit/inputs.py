@@ -1,6 +1,7 @@
 """The subscriptions of a node, and its log lines about them."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import wraps
 from typing import Any
 
@@ -11,8 +12,11 @@ from collplan_core.loop.input_gate import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.clock import steady_clock
-from collplan_ros.node_kit.input_watch import COMES, STREAM, InputWatch, counted
+from collplan_ros.node_kit.clock import seconds, steady_clock
+from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.input_watch import COMES, CONFLICT, STREAM, InputWatch, counted
+from collplan_ros.node_kit.publishers import known_publishers
+from collplan_ros.node_kit.senders import Senders
 
 Info = Mapping[str, Any]
 """source_timestamp [ns, wall clock of the sender], publication_sequence_number and more, by name."""
@@ -33,6 +37,8 @@ def with_info(take: Take) -> Take:
 
 
 TWISTS = {"geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"}
+TF = "/tf"
+"""The topic that all broadcasters of transforms share."""
 ONLY_OTHERS = "but its messages hold nothing for this node"
 CHECK_PERIOD = 1.0
 """Time between two looks at the inputs [s]; each logs at most one warning and one line of information."""
@@ -65,6 +71,9 @@ class Inputs:
         self._node = node
         self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}
+        self._steady = steady_clock()
+        self._senders: dict[str, Senders] = {}
+        self._conflicts: dict[str, str] = {}
         self._clock_runs = False
 
     def listen(
@@ -116,8 +125,10 @@ class Inputs:
             try:
                 is_ours = callback(message) is not False
             except (MessageError, ScanError) as error:
+                is_ours = True
                 self.refused(topic, str(error), kind)
-                return
+            if is_ours and need == STREAM:
+                self.count_sender(topic)
             if is_ours and watch.n_refused == before:
                 watch.n_taken += 1
             watch.dropped = "" if is_ours else ONLY_OTHERS
@@ -147,6 +158,36 @@ class Inputs:
         """Notes what is suspicious about a message that is taken, "" for nothing; the first one is logged, once."""
         self._watches[topic].hint = self._watches[topic].hint or text
 
+    def count_sender(self, topic: str) -> None:
+        """Notes that one node alone may send messages such as the present one, as those of every STREAM."""
+        self._senders.setdefault(topic, Senders()).took(self.number, seconds(self._steady))
+
+    def conflict(self, topic: str, text: str) -> None:
+        """Notes what does not fit together, "" for nothing: an error, logged once, and on /diagnostics meanwhile."""
+        self._conflicts[topic] = text
+
+    def judged(self, health: Health) -> Health:
+        """A node's health, at least a warning while inputs are in conflict."""
+        conflicts = [watch.conflict for watch in self._watches.values() if watch.conflict]
+        if not conflicts:
+            return health
+        reasons = conflicts if health.level == OK else [*conflicts, health.message]
+        return replace(health, level=max(health.level, WARN), message="; ".join(reasons))
+
+    def publishers(self, topic: str) -> list[str]:
+        """Full names of the other nodes that publish a topic."""
+        return sorted(set(known_publishers(self._node, topic)) - {self._node.get_fully_qualified_name()})
+
+    def _why_several(self, topic: str) -> str:
+        """Returns who publishes a topic where messages of several nodes come, and what to do; "" for one."""
+        if topic not in self._senders or not self._senders[topic].are_several(seconds(self._steady)):
+            return ""
+        full, names = self._node.resolve_topic_name(topic), self.publishers(topic)
+        if len(names) < 2:
+            return f"two nodes publish {full}, both named {''.join(names) or '(not known yet)'}; expected one: end one"
+        shared = ", at least two of these the same transform" if full == TF else ""
+        return f"{len(names)} nodes publish {full}{shared}: {', '.join(names)}; expected one: end all but one"
+
     def ready(self, about: str) -> None:
         """Logs that the node is ready, with its topics and its own description, and watches from now on."""
         names = ", ".join(watch.name for watch in self._watches.values())
@@ -155,13 +196,18 @@ class Inputs:
         self._node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
 
     def _check(self) -> None:
+        for topic, watch in self._watches.items():
+            watch.conflict = self._conflicts.get(topic, "") or self._why_several(topic)
         news = [watch.check() for watch in self._watches.values()]
         coming = [lines.pop(COMES) for lines in news if COMES in lines]
+        conflicts = [lines.pop(CONFLICT) for lines in news if CONFLICT in lines]
         warnings = [line for lines in news for line in lines.values()]
         if coming:
             self._node.get_logger().info(f"{', '.join(coming)} {'comes' if len(coming) == 1 else 'come'}")
         if warnings:
             self._node.get_logger().warning("; ".join(warnings))
+        if conflicts:
+            self._node.get_logger().error("; ".join(conflicts))
 
 
 def type_name(message_type: type[Any]) -> str:

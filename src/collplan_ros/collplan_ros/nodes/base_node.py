@@ -84,7 +84,7 @@ class BaseNode(GraphNode):
         heard = self._inputs, self._felt, self._settings, self._steady
         self._touches = None if base.touch == NONE else TouchInput(*heard)
         self.create_timer(1.0 / base.rate, self._tick, clock=self._steady)
-        self._begin()
+        self._begin(self._inputs)
         self._inputs.ready(f"{self._topic} at {base.rate:g} Hz")
         if not base.watchdog:
             self.get_logger().warning(

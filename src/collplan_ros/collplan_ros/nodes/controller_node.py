@@ -65,7 +65,7 @@ class ControllerNode(GraphNode):
         warm_up()
         self._outputs = ControllerOutputs(self, self._settings)
         self._make_inputs()
-        self._begin()
+        self._begin(self._inputs)
         self._inputs.ready(f"a command every {1e3 / self._settings.controller.rate:g} ms")
 
     def _make_inputs(self) -> None:

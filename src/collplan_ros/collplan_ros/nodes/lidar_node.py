@@ -59,7 +59,7 @@ class LidarNode(GraphNode):
         if self._sweeps is None:
             call_each_period(self, 1.0 / lidar.rate, self._scan, self._local_clock)
         self._warm_up()
-        self._begin()
+        self._begin(self._inputs)
         sensor = SPINNING_SENSORS.get(lidar.sensor, lidar)
         self._inputs.ready(f"world {self._world.name}, {sensor.n_beams} beams at {sensor.rate:g} Hz")
 

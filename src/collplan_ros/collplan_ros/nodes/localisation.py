@@ -40,6 +40,8 @@ class Localisation:
         self.frame: FrameInMap | None = None
         self._parent, self._child, self._local = parent, child, local
         self._received = -math.inf
+        self._inputs = inputs
+        self._dynamic = self._static = False
         inputs.listen(TFMessage, "/tf", lambda message: self._take(message, local()), TRANSFORMS, EVENT)
         inputs.listen(TFMessage, "/tf_static", lambda message: self._take(message, math.inf), LATCHED_TRANSFORMS, EVENT)
 
@@ -47,6 +49,7 @@ class Localisation:
         for each in message.transforms:
             if (each.header.frame_id, each.child_frame_id) != (self._parent, self._child):
                 continue
+            self._note_sender(math.isinf(received))
             position, quaternion = place_fields(each.transform.translation, each.transform.rotation)
             try:
                 pose = check_pose_fields(seconds_from_stamp(each.header.stamp), position, quaternion, TOLERANCE)
@@ -54,6 +57,16 @@ class Localisation:
                 raise MessageError(f"transform from {self._parent} to {self._child}: {error}") from None
             x, y = pose.position.tolist()
             self.frame, self._received = FrameInMap(x, y, pose.yaw), received
+
+    def _note_sender(self, is_static: bool) -> None:
+        """Notes that the present message holds the transform, of which one node alone may be the source."""
+        self._static, self._dynamic = self._static or is_static, self._dynamic or not is_static
+        if not is_static:
+            self._inputs.count_sender("/tf")
+        if self._static and self._dynamic:
+            both = " and ".join(f"{on} ({', '.join(self._inputs.publishers(on))})" for on in ("/tf", "/tf_static"))
+            what = f"the transform from {self._parent} to {self._child} comes on {both}"
+            self._inputs.conflict("/tf_static", f"{what}, the newest is taken; expected one source: end one")
 
     def known(self) -> FrameInMap:
         """The pose of the child in the parent.

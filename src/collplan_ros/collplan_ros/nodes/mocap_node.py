@@ -44,6 +44,7 @@ from collplan_ros.node_kit.input_watch import EVENT as AN_EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.localisation import Localisation
+from collplan_ros.nodes.odometry_body import OdometryBody
 
 
 def in_map(result: FilterResult, frame: FrameInMap) -> FilterResult:
@@ -124,18 +125,22 @@ class MocapNode(GraphNode):
         self._inputs = Inputs(self)
         ours = self._settings.frames.map
         self._localisation = Localisation(self._inputs, ours, mocap.frame, self._local) if mocap.localised else None
+        self._body = OdometryBody(self, self._local) if mocap.format == "odometry" else None
         self._frame: FrameInMap | None = None
         self._slips_until = -math.inf
         self._inputs.listen(DiagnosticStatus, "controller/drive", self._take_drive, LATCHED, AN_EVENT)
         self._inputs.listen(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
         warm_up()
-        self._begin()
+        self._begin(self._inputs)
         body = f", body {mocap.subject}" if mocap.subject else ""
         self._inputs.ready(f"format {mocap.format}{body}, frame {self._pose_frame()}")
 
     def _take(self, message: Any) -> bool:
         """Takes a message; returns whether it holds a pose of the robot's body."""
         self._counts["received"] += 1
+        if self._body is not None:
+            another = self._body.why_another(message.child_frame_id, self._settings)
+            self._inputs.conflict(self._settings.mocap.topic, another and f"{self._settings.mocap.topic}: {another}")
         try:
             measured = self._read(message, self._settings.mocap.subject)
             if measured is not None:

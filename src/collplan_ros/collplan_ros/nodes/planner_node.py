@@ -101,7 +101,7 @@ class PlannerNode(GraphNode):
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._tell = serve_goals(self, self._on_goal, lambda: self._decide(self._loop.cancel), backlog.holds)
         self._timer = call_each_period(self, map_period_of(self._settings.planner), self._on_timer, self._local_clock)
-        self._begin()
+        self._begin(self._inputs)
         self._heartbeat = Heartbeat(self, backlog.tick)
         self._inputs.ready(self._about())
 

@@ -1,0 +1,86 @@
+"""Two publishers of what one alone may send are named; one that was started again, or is silent, is none."""
+
+import pytest
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import LaserScan
+from terminal import ERROR, Terminal
+
+from collplan_ros.messages.qos import POSE_PUBLISHED, SENSOR_DATA
+from collplan_ros.node_kit.senders import Senders
+from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.mocap_node import MocapNode
+from node_health import NodeHealth
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def counts(*runs):
+    """Publishers' counts by time: (first count, begin, end, period) [s] each."""
+    sent = [(begin + k * each, n + k) for n, begin, end, each in runs for k in range(round((end - begin) / each))]
+    return sorted(sent, key=lambda one: one[0])
+
+
+@pytest.mark.parametrize(
+    ("runs", "are_two"),
+    [
+        ([(1, 0.0, 20.0, 0.02)], False),
+        ([(1, 0.0, 20.0, 0.02), (1, 0.001, 20.0, 0.02)], True),
+        ([(500, 0.0, 20.0, 0.01), (1, 0.005, 20.0, 0.5)], True),
+        ([(500, 0.0, 20.0, 0.1), (1, 0.05, 20.0, 3.0)], True),
+        ([(500, 0.0, 5.0, 0.02), (1, 5.0, 20.0, 0.02)], False),
+        ([(1, 0.0, 5.0, 0.1), (1, 5.0, 9.0, 0.1), (1, 9.0, 12.0, 0.1), (1, 12.0, 20.0, 0.1)], False),
+        ([(1, 0.0, 20.0, 0.02), (1, 0.001, 5.0, 0.02)], False),
+    ],
+    ids=["one", "equal counts", "other rates", "a slow second", "started again", "again and again", "the second ended"],
+)
+def test_two_that_send_are_told_from_one_that_starts_again(runs, are_two):
+    senders = Senders()
+    for now, number in counts(*runs):
+        senders.took(number, now)
+    assert senders.are_several(20.0) == are_two
+
+
+def nodes_of(ros, *names):
+    return [ros.make(lambda name=name, **kwargs: Node(name, **kwargs)) for name in names]
+
+
+def transforms(real_messages, child="odom"):
+    kind = real_messages("tf2_msgs.msg").TFMessage
+    message = kind(transforms=[TransformStamped(child_frame_id=child)])
+    message.transforms[0].header.frame_id = "map"
+    return kind, message
+
+
+TIED = {"mocap.format": "odometry", "mocap.topic": "/odom", "mocap.frame": "odom", "mocap.localised": True}
+
+
+@pytest.mark.parametrize("what", ["mocap", "scan", "tf", "tf_static"])
+def test_both_are_named_once_in_the_log_and_on_diagnostics_and_nothing_of_one(ros, real_messages, what):
+    terminal = Terminal(ros)
+    first, second = nodes_of(ros, "receiver", "second_receiver")
+    kind, transform = transforms(real_messages)
+    node, topic, message, qos, parameters = {
+        "mocap": (MocapNode, "/mocap/pose", PoseStamped(), POSE_PUBLISHED, {}),
+        "scan": (ControllerNode, "/scan", LaserScan(), SENSOR_DATA, {}),
+        "tf": (MocapNode, "/tf", transform, 100, TIED),
+        "tf_static": (MocapNode, "/tf", transform, 100, TIED),
+    }[what]
+    health = NodeHealth(ros, f"/{'controller_node' if what == 'scan' else 'mocap_node'}")
+    node = ros.make(node, parameters)
+    sender, other = (each.create_publisher(type(message), topic, qos) for each in (first, second))
+    ros.probe.create_timer(0.02, lambda: sender.publish(message))
+    ros.spin(2.5)
+    assert not [text for level, text in terminal.lines(node) if level == ERROR]
+    if what == "tf_static":
+        second.create_publisher(kind, "/tf_static", LATCHED).publish(transform)
+    else:
+        ros.probe.create_timer(0.07, lambda: other.publish(message))
+    assert health.says("/second_receiver")
+    assert terminal.has(node, "/receiver")
+    ros.spin(2.5)
+    said = [text for level, text in terminal.lines(node) if level == ERROR]
+    assert len(said) == 1
+    assert {"tf_static": "comes on /tf"}.get(what, f"2 nodes publish {topic}") in said[0]
+    assert all(name in said[0] for name in ("/receiver", "/second_receiver"))
