@@ -22,7 +22,6 @@ SAID = {
     "A world, a scan, a plan": "contacts",
     "A trial with a picture": "serpentine:2, bounce, seed 1: reached",
     "Your own planner": "floor, straight, seed 1: reached",
-    "A sweep of a parameter": "a_max 3.0",
     "A policy for an environment": "True",
     "From Python": "serpentine:2, bounce, seed 1: reached",
 }

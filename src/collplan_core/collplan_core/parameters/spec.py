@@ -124,12 +124,12 @@ class Parameters:
     group: ClassVar[str]
 
     def __post_init__(self) -> None:
-        for name, spec in named_specs(type(self)):
+        for name, spec in named_specs(type(self)):  # type: ignore[arg-type]  # mypy takes the hash of instances
             object.__setattr__(self, name, spec.checked(getattr(self, name)))
 
 
 @cache  # a group is made anew with each change of the drive
-def named_specs(group: type[Any]) -> tuple[tuple[str, Spec], ...]:
+def named_specs(group: type[Parameters]) -> tuple[tuple[str, Spec], ...]:
     """Field name and `Spec` of each parameter of a group, in the order they are written."""
     for f in fields(group):
         if f.default is MISSING:
@@ -139,4 +139,4 @@ def named_specs(group: type[Any]) -> tuple[tuple[str, Spec], ...]:
 
 def specs(group: type[Parameters]) -> tuple[Spec, ...]:
     """The `Spec` of each parameter of a group."""
-    return tuple(spec for _, spec in named_specs(group))
+    return tuple(spec for _, spec in named_specs(group))  # type: ignore[arg-type]  # as above
