@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from collplan_core.clock_steps import RunTimes, SendTimes
 from collplan_core.parameters import Settings
@@ -67,6 +69,52 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     np.testing.assert_allclose(shown.impacts.speeds, impacts.speeds, atol=1e-6)
     assert shown.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()
     assert {path: path.stat().st_mtime_ns for path in killed.iterdir()} == before
+
+
+def rewritten(source: Path, folder: Path, marks: str, leave_out: str = "") -> Path:
+    """The folder with a recording as another tool writes it: metadata `first`, `last` or `none`, alone in it."""
+    folder.mkdir()
+    with (source / RECORDING).open("rb") as old, (folder / RECORDING).open("wb") as new:
+        reader, writer = make_reader(old), Writer(new)
+        writer.start(profile="ros2", library="an editor")
+        metadata = [(each.name, each.metadata) for each in reader.iter_metadata()]
+        for each in metadata if marks == "first" else ():
+            writer.add_metadata(*each)
+        schemas, channels = dict[int, int](), dict[int, int]()
+        for schema, channel, message in reader.iter_messages():
+            if channel.topic == leave_out:
+                continue
+            if schema.id not in schemas:
+                schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+            if channel.id not in channels:
+                about = channel.topic, channel.message_encoding, schemas[schema.id]
+                channels[channel.id] = writer.register_channel(*about)
+            writer.add_message(channels[channel.id], message.log_time, message.data, message.publish_time)
+        for each in metadata if marks == "last" else ():
+            writer.add_metadata(*each)
+        writer.finish()
+    return folder
+
+
+def test_what_another_tool_has_rewritten_is_read_for_what_it_holds(tmp_path):
+    (tmp_path / "own").mkdir()
+    write_recording(tmp_path / "own", bouncing_run(), namespace="/robot1")
+    last = bouncing_run().poses[-1]
+    for marks in ("first", "last"):
+        run = read_run(rewritten(tmp_path / "own", tmp_path / marks, marks))
+        assert_same(run.log, bouncing_run())
+        assert (run.log.simulated, run.namespace, list(run.lacks)) == (
+            True,
+            "/robot1",
+            ["parameters.yaml", "world.yaml"],
+        )
+        assert run.log.goals == read_run(tmp_path / "own").log.goals
+    run = read_run(rewritten(tmp_path / "own", tmp_path / "none", "none"))
+    assert (len(run.log.poses), run.log.poses[-1].stamp, run.namespace) == (200, last.stamp, "/robot1")
+    assert "lacks parameters.yaml, world.yaml, bringup's marks of begin, goal and end; was it filtered" in run.note
+    filtered = read_run(rewritten(tmp_path / "own", tmp_path / "some", "none", leave_out="/robot1/mocap/odom"))
+    with pytest.raises(RunError, match=r"no poses on mocap/odom.* lacks parameters\.yaml"):
+        filtered.check_poses()
 
 
 def write_half(path: Path) -> None:

@@ -169,7 +169,6 @@ def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_rememb
 
 FAR, NOWHERE = PoseRow(1.0, 1e9, 0.0, 0.0, 0.0, 0.0, 1.0), RunLog()
 UNREADABLE = [
-    ("parameters.yaml", None, one_pose(), "parameters.yaml"),
     (RECORDING, None, one_pose(), f"{RECORDING}: cannot be read"),
     (RECORDING, "no recording", one_pose(), f"{RECORDING}: expected a recording"),
     ("log", "", NOWHERE, f"{RECORDING}: no poses"),

@@ -17,6 +17,8 @@ from collplan_ros.run.whole_file import RunError
 
 MAGIC = b"\x89MCAP0\r\n"
 """Bytes at the beginning and end of a file in the MCAP format."""
+POSES = "/mocap/odom"
+"""End of the name of the topic that every run has."""
 SHORTEST = 2 * len(MAGIC) + 29
 """Size of a file that has an end [bytes]: both marks and a footer."""
 
@@ -57,7 +59,7 @@ def entries(path: Path, topics: Sequence[str]) -> Iterator[Metadata | Message]:
     Raises:
         RunError: the file is missing, or is no recording.
     """
-    namespace, schemas = "", dict[int, Schema]()
+    namespace, schemas = namespace_of(path).rstrip("/"), dict[int, Schema]()
     channels: dict[int, tuple[str, str, Callable[[bytes], Any]]] = {}
     factory = DecoderFactory()
     for record in _records_of(path):
@@ -75,9 +77,20 @@ def entries(path: Path, topics: Sequence[str]) -> Iterator[Metadata | Message]:
                 decode = factory.decoder_for(MessageEncoding.CDR, schema) or _unknown
                 channels[record.id] = asked[record.topic], schema.name if schema else "", decode
         elif isinstance(record, Metadata):
-            if record.name == RUN:
-                namespace = record.metadata.get("namespace", "/").rstrip("/")
             yield record
+
+
+def namespace_of(path: Path) -> str:
+    """Returns the namespace of a recorded robot's nodes, by its poses where no description tells it.
+
+    Raises:
+        RunError: the file is missing, or is no recording.
+    """
+    told = description(path, RUN)
+    if told:
+        return told.get("namespace", "/")
+    topics = (each.topic for each in _records_of(path) if isinstance(each, Channel))
+    return next((topic.removesuffix(POSES) for topic in topics if topic.endswith(POSES)), "") or "/"
 
 
 def raw_messages(path: Path, topics: Sequence[str]) -> Iterator[Message]:

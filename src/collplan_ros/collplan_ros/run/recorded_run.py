@@ -1,6 +1,7 @@
 """A run read from its folder: its parameters, its world and its log, also of one whose bringup was killed."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +11,14 @@ import collplan_core.planners  # noqa: F401  (registers what a run may have been
 from collplan_core.parameters import Settings, Simulation
 from collplan_core.parameters.file import parameters_of, read_parameters
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.worlds import World, WorldError, load_world
+from collplan_core.replay.journal import PLANNER
+from collplan_core.replay.reading import Beginning, events_of, rows_of
+from collplan_core.replay.values import JournalError
+from collplan_core.worlds import UNKNOWN, World, WorldError, load_world
 from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
 from collplan_ros.run.log_builder import End, LogBuilder
-from collplan_ros.run.reader import attachment, content, description, entries, is_whole
+from collplan_ros.run.reader import attachment, content, description, entries, is_whole, messages, namespace_of
 from collplan_ros.run.run_log import RunLog, SentGoal
 from collplan_ros.run.whole_file import RunError, has_end
 from collplan_ros.run.writer import RECORDING
@@ -35,6 +39,8 @@ class RecordedRun:
         namespace: namespace of the robot's nodes.
         has_results: whether bringup, or its completion, has written the run's results.
         is_whole: whether its recording has an end.
+        has_ended: whether the recording says that the run did.
+        lacks: what bringup has put into a recording and is not in this one, in words.
     """
 
     folder: Path
@@ -45,6 +51,8 @@ class RecordedRun:
     namespace: str
     has_results: bool
     is_whole: bool
+    has_ended: bool
+    lacks: Sequence[str] = ()
 
     @property
     def recording(self) -> Path:
@@ -54,12 +62,15 @@ class RecordedRun:
     def check_poses(self) -> None:
         """Raises RunError where there is no pose."""
         if not self.log.poses:
-            raise RunError(f"{self.recording}: no poses, expected those of a run")
+            lacking = f": it lacks {', '.join(self.lacks)}; was it filtered?" if self.lacks else ""
+            raise RunError(f"{self.recording}: no poses on mocap/odom, expected those of a run{lacking}")
 
     @property
     def note(self) -> str:
         """A sentence for the user where the run is not there to its end; "" where it is."""
-        if self.has_results and self.is_whole:
+        if self.lacks:
+            return f"{self.recording}: lacks {', '.join(self.lacks)}; was it filtered, or rewritten by another tool?"
+        if (self.has_results or self.has_ended) and self.is_whole:
             return ""
         poses = self.log.poses
         held = f"holds it up to {poses[-1].stamp - self.log.begin:.2f} s" if poses else "holds no pose"
@@ -76,18 +87,65 @@ def read_run(folder: Path) -> RecordedRun:
     if not folder.is_dir():
         raise RunError(f"{folder}: not a folder, expected one that bringup left")
     path = folder / RECORDING
-    settings = _settings(folder / PARAMETERS, path)
+    lacks: list[str] = []
+    settings = _settings(folder / PARAMETERS, path, lacks)
+    world = _world(path, settings.simulator, lacks)
     about = description(path, RUN)
-    namespace, clock_ahead = about.get("namespace", "/"), int(about.get(CLOCK, "0"))
+    namespace, clock_ahead = about.get("namespace") or namespace_of(path), int(about.get(CLOCK, "0"))
     builder = LogBuilder(settings)
+    marks, placed = _marks(path, clock_ahead, lacks)
     for entry in entries(path, builder.topics):
         if isinstance(entry, Metadata):
-            take_mark(builder, entry.name, entry.metadata)
+            if placed:
+                take_mark(builder, entry.name, entry.metadata)
             continue
+        sent = (entry.sent - clock_ahead) / NANO
+        while not placed and marks and marks[0][0] <= sent:
+            take_mark(builder, *marks.pop(0)[1:])
         if (message := content(entry)) is not None:
-            builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
-    whole = has_end(folder / "summary.json"), is_whole(path)
-    return RecordedRun(folder, settings, _world(path, settings.simulator), builder.log, clock_ahead, namespace, *whole)
+            builder.take(entry.topic, message, sent)
+    for _, name, values in [] if placed else marks:
+        take_mark(builder, name, values)
+    whole = has_end(folder / "summary.json"), is_whole(path), any(name == END for _, name, _ in marks)
+    return RecordedRun(folder, settings, world, builder.log, clock_ahead, namespace, *whole, lacks)
+
+
+Mark = tuple[float, str, dict[str, str]]
+"""Time from which a mark holds [s], its name and its values."""
+
+
+def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], bool]:
+    """The marks of a recording, and whether they are between its messages, where bringup has put them.
+
+    Another tool may have moved them: then a goal tells its time, a run begins with its goal, and the end holds last.
+    Without any a run is what was recorded, to the goals published; `lacks` is told.
+    """
+    found, between = list[Metadata](), False
+    goals, truth = list[Mark](), False
+    for entry in entries(path, ("mocap/odom", "goal_pose", "ground_truth/odom")):
+        if isinstance(entry, Metadata):
+            found += [entry] if entry.name in (BEGIN, GOAL, END) else []
+        elif entry.topic == "goal_pose":
+            if (asked := content(entry)) is not None:
+                sent, at = (entry.sent - clock_ahead) / NANO, asked.pose.position
+                values = dict(zip(SentGoal._fields, map(str, (sent, at.x, at.y)), strict=True))
+                repeated = goals and goals[-1][2] | {"sent": ""} == values | {"sent": ""}
+                goals += [] if repeated else [(sent, GOAL, values)]
+        else:
+            between |= bool(found) and found[-1].name != END
+            truth |= entry.topic == "ground_truth/odom"
+    if not found:
+        lacks.append("bringup's marks of begin, goal and end")
+        return [(-math.inf, BEGIN, {"simulated": str(truth).lower()}), *goals], False
+    timed = [(_time_of(found[k:]), each.name, each.metadata) for k, each in enumerate(found)]
+    return timed, between
+
+
+def _time_of(marks: Sequence[Metadata]) -> float:
+    """Time [s] from which the first of these marks holds."""
+    if marks[0].name == END:
+        return math.inf
+    return next((float(each.metadata["sent"]) for each in marks if each.name == GOAL), -math.inf)
 
 
 def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None:
@@ -100,25 +158,31 @@ def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None
         builder.end(End(*(float(values[key]) for key in End._fields)))
 
 
-def _settings(path: Path, recording: Path) -> Settings:
-    """Returns the parameters in the recording, or where there are none those in their file, which may be cut off."""
+def _settings(path: Path, recording: Path, lacks: list[str]) -> Settings:
+    """Returns the parameters in the recording, in their file, which may be cut off, or in its journal."""
     try:
         try:
             return Settings().with_values(
                 parameters_of(attachment(recording, PARAMETERS), f"{recording}: {PARAMETERS}")
             )
         except RunError:  # none are attached
-            return Settings().with_values(read_parameters(path))
-    except ParameterError as error:  # names the file
+            if path.exists():
+                return Settings().with_values(read_parameters(path))
+        lacks.append(PARAMETERS)
+        lines = (each.data for _, _, each in messages(recording, ["planner/journal"]))
+        begun = (each for each in events_of(rows_of(lines, str(recording)), PLANNER) if isinstance(each, Beginning))
+        return next((each.settings for each in begun), Settings().with_values({"simulator.world": UNKNOWN}))
+    except (JournalError, ParameterError) as error:  # names the file
         raise RunError(str(error)) from None
 
 
-def _world(path: Path, simulator: Simulation) -> World:
+def _world(path: Path, simulator: Simulation, lacks: list[str]) -> World:
     """Returns the world in the recording, whether or not its file still exists."""
     try:
         try:
             return parse_text(attachment(path, WORLD), f"{path}: {WORLD}", simulator.world)
         except RunError:  # none is attached
+            lacks += [WORLD] if lacks or simulator.world == UNKNOWN else []
             return load_world(simulator.world)
     except (WorldError, OSError) as error:
         raise RunError(f"{path}: simulator.world: {error}") from None
