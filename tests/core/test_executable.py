@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 
+import pytest
+
 PROGRAM = """
 import time
 {importing}
@@ -46,3 +48,18 @@ def test_a_program_that_was_started_to_ignore_it_goes_on(tmp_path):
     for where in ("importing", "running"):
         program = {"importing": "", "running": "pass"} | {where: WAITING.replace("60", "0.2")}
         assert interrupted(tmp_path, **program, ignoring=True) == (0, "")
+
+
+@pytest.mark.parametrize("content", ["raise ImportError('of Python 3.10')", "print 'of Python 2'", ""])
+def test_a_package_of_another_ros_on_the_path_is_one_sentence(tmp_path, content):
+    other, ours = tmp_path / "other", tmp_path / "ours"
+    for folder in (other / "rclpy", ours):
+        folder.mkdir(parents=True)
+    (other / "rclpy" / "__init__.py").write_text(content)
+    (ours / "program.py").write_text("from rclpy.clock import Clock")
+    start = "from collplan_core.command_line import Executable; raise SystemExit(Executable('program')())"
+    paths = os.pathsep.join([str(other), str(ours), os.environ.get("PYTHONPATH", "")])
+    env = os.environ | {"PYTHONPATH": paths}
+    done = subprocess.run([sys.executable, "-c", start], env=env, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1), done.stderr
+    assert f"PYTHONPATH holds {other}, of another Python or ROS?" in done.stderr

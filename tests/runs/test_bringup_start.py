@@ -3,15 +3,18 @@
 import errno
 import os
 import shutil
+import socket
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from collplan_core.parameters import Mocap, ParameterError
+from collplan_core.parameters import Mocap, ParameterError, Settings
 from collplan_ros.bringup.failures import NOT_STARTED, StartError
+from collplan_ros.bringup.network import graph_environment
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.node_kit import reachability
 from collplan_ros.node_kit.reachability import why_no_graph, why_no_logs
@@ -48,6 +51,34 @@ def test_only_a_local_graph_needs_the_loopback_interface(monkeypatch, local):
     monkeypatch.setattr(reachability.socket, "socket", lambda *_: SimpleNamespace(connect=unreachable, close=int))
     expected = "the loopback interface is down (Network is unreachable): ip link set lo up" if local else ""
     assert why_no_graph({}, local) == expected
+
+
+def test_variables_of_ros_by_which_no_node_meets_another_are_named():
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as server:
+        server.bind(("127.0.0.1", 0))
+        port = server.getsockname()[1]
+        answers = {"ROS_DISCOVERY_SERVER": f"127.0.0.1:{port}"}
+        assert why_no_graph(answers, local=False) == ""
+    assert f"no server listens at 127.0.0.1:{port}: start it, or unset" in why_no_graph(answers, local=False)
+    enforced = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
+    for keys in ({}, {"ROS_SECURITY_KEYSTORE": "/nowhere"}):
+        assert why_no_graph(enforced | keys, local=True).startswith("ROS_SECURITY_KEYSTORE: got '")
+        assert why_no_graph({**enforced, **keys, "ROS_SECURITY_STRATEGY": "Permissive"}, local=True) == ""
+    assert why_no_graph({"ROS_LOCALHOST_ONLY": "1"}, local=False).startswith("ROS_LOCALHOST_ONLY: got '1'")
+    assert why_no_graph({"ROS_LOCALHOST_ONLY": "1"}, local=True) == ""
+    # the nodes of a simulated robot meet by themselves
+    assert graph_environment("local", answers, alone=True)["ROS_DISCOVERY_SERVER"] == ""
+
+
+def test_a_file_system_without_links_costs_the_link_alone(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(os, "symlink", refuse)
+    folder = RunFolder(tmp_path, Settings())
+    assert folder.become_latest().startswith(f"no link {tmp_path / 'latest'}: Operation not permitted")
+    assert folder.serial.parent != folder.path
+    assert [path.name for path in tmp_path.iterdir()] == [folder.path.name]
 
 
 @pytest.mark.parametrize("key", ["ROS_LOG_DIR", "ROS_HOME", "HOME"])

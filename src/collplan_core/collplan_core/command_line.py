@@ -1,15 +1,19 @@
 """Installed programs: how one is started, and how it is called from the user's shell."""
 
 import argparse
+import os
 import re
 import signal
 import sys
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
 
+REFUSED = 2
+"""Exit code of a program that cannot be imported."""
 PROGRAMS = re.compile(r"^  (bringup|study|beside|replay)\b", re.MULTILINE)
 
 
@@ -54,6 +58,24 @@ class Executable:
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, TextIOWrapper):  # a name that the terminal cannot show must not end the program
                 stream.reconfigure(errors="backslashreplace")
-        main = self.load()
+        try:
+            main = self.load()
+        except (ImportError, SyntaxError, AttributeError, OSError) as error:
+            if not (foreign := _foreign_folders(error)):
+                raise
+            which = f"PYTHONPATH holds {foreign}, of another Python or ROS? Unset it, or start a new shell"
+            print(f"{Path(sys.argv[0]).name}: {' '.join(str(error).split())[:200]}: {which}", file=sys.stderr)
+            return REFUSED
         signal.signal(signal.SIGINT, on_ctrl_c)
         return main()
+
+
+def _foreign_folders(error: BaseException) -> str:
+    """The folders of PYTHONPATH that an error at import came from, but for workspaces of these packages; "" if none."""
+    paths = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
+    folders = [each for each in paths if not any(Path(each).glob("collplan_*"))]
+    named = str(getattr(error, "path", None) or getattr(error, "filename", None) or "")
+    package = str(getattr(error, "name", None) or "").partition(".")[0]
+    last = traceback.extract_tb(error.__traceback__)[-1].filename
+    by_name = [each for each in folders if named.startswith(each) or (package and Path(each, package).exists())]
+    return ", ".join(by_name or [each for each in folders if last.startswith(each)])

@@ -3,6 +3,7 @@
 `python -m collplan_core.warm_up` at set-up, `warm_up()` in a node before it says that it is ready.
 """
 
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -96,4 +97,5 @@ def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # at once and without a traceback; files are there whole or not at all
     warm_up()

@@ -1,6 +1,7 @@
 """One run on the graph: starts it, waits until it is ready, gives goals, monitors how they end, and reports why."""
 
 import math
+import os
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -26,7 +27,7 @@ from collplan_core.evaluation.run_end import (
 from collplan_ros.bringup import complaints
 from collplan_ros.bringup.complaints import seen_more_than
 from collplan_ros.bringup.failures import DrivesOn, GraphError, Interrupted, StartError
-from collplan_ros.bringup.graph import LATE, Graph
+from collplan_ros.bringup.graph import LATE, NOTICE_TIME, Graph
 from collplan_ros.bringup.lidar_place import with_lidar_place
 from collplan_ros.bringup.listener import NAME, REST_PATIENCE
 from collplan_ros.bringup.options import COMMANDER, PLANNER, Options
@@ -36,14 +37,13 @@ from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.states import NUMBERS
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.diagnostics import ERROR
+from collplan_ros.node_kit.reachability import SERVER
 from collplan_ros.run.recorder import GoalReport
 from collplan_ros.run.run_log import PoseRow
 from collplan_ros.run.whole_file import RecordError
 
 READY_PATIENCE = 300.0
 """Longest wait for the nodes to report; they may have to compile first [s]."""
-NOTICE_TIME = 5.0
-"""Time after which the nodes still waited for are printed [s]."""
 LINK_PATIENCE = 3.0
 """Longest wait for the robot's link, once every node has reported [s]."""
 
@@ -103,7 +103,9 @@ def _all_reported(graph: Graph) -> Callable[[], bool]:
         nonlocal notice
         silent = graph.complaints.silent_nodes
         if silent and time.monotonic() > notice:
-            graph.progress.say(f"waiting for {in_words(silent)} (slow on a busy machine, or before the first compile)")
+            served = f"; {SERVER} is set: only by its server they meet" if os.environ.get(SERVER) else ""
+            why = "slow on a busy machine, or before the first compile"
+            graph.progress.say(f"waiting for {in_words(silent)} ({why}{served})")
             notice = math.inf
         return not silent
 
@@ -175,7 +177,8 @@ class Bringup:
     def __enter__(self) -> "Bringup":
         try:
             self.graph.__enter__()
-            self.folder.become_latest()
+            if why := self.folder.become_latest():
+                self.progress.say(why)
         except StartError:
             self.graph.__exit__()
             self.folder.discard()

@@ -2,6 +2,8 @@
 
 import gc
 import os
+import signal
+import threading
 import time
 import traceback
 from collections import Counter
@@ -33,6 +35,8 @@ from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.run_log import PoseRow
 
+NOTICE_TIME = 5.0
+"""Time after which it is said what is waited for [s]."""
 GOAL_PERIOD = 1.0
 """Period at which a goal without answer is published again [s]."""
 
@@ -116,7 +120,8 @@ class Graph:
     def __enter__(self) -> "Graph":
         preparation = self.preparation
         with ExitStack() as stack:
-            stack.enter_context(environment_set(graph_environment(preparation.network, os.environ)))
+            alone = preparation.robot.simulated and preparation.network == "local"
+            stack.enter_context(environment_set(graph_environment(preparation.network, os.environ, alone)))
             if not os.environ.get("ROS_LOG_DIR"):  # the folder of ROS's own logs would need a home
                 stack.enter_context(environment_set({"ROS_LOG_DIR": str(self._folder.logs)}))
             stack.enter_context(self._stop_signal.listening())
@@ -137,14 +142,28 @@ class Graph:
             if here:
                 self.stepped = SteppedNodes(*self.listener.spun, watch, self._died, preparation.in_real_time)
                 self.listener.spin_with(self.stepped, self._logs)
-                for name in here:
-                    self.stepped.start(name, preparation.arguments(name, self._folder))
+                self._make(here, self.stepped)
                 gc.freeze()  # to look through what was compiled and imported for garbage takes a tenth of a second
             self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *exception: object) -> None:
         self._stack.close()
+
+    def _make(self, names: Collection[str], stepped: SteppedNodes) -> None:
+        """Makes nodes of this process; they may have to compile first."""
+        said = "compiles the planner, once: that takes minutes (or this machine is busy)"
+        notice = threading.Timer(NOTICE_TIME, self.progress.say, [said])
+        notice.daemon = True
+        notice.start()
+        try:
+            with self._stop_signal.at_once():
+                for name in names:
+                    stepped.start(name, self.preparation.arguments(name, self._folder))
+        except KeyboardInterrupt:
+            raise Interrupted(self._stop_signal.number or signal.SIGINT) from None
+        finally:
+            notice.cancel()
 
     @property
     def pose(self) -> PoseRow:

@@ -15,6 +15,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.network import graph_environment
 from collplan_ros.bringup.options import (
     FIRST_SPEED,
     LIDAR,
@@ -124,7 +125,8 @@ def prepare(options: Options) -> Preparation:
     """
     robot = robot_kind(options.robot)
     network = options.network or robot.network or "local"
-    if why := why_no_graph(os.environ, network == "local"):
+    environment = {**os.environ, **graph_environment(network, os.environ, robot.simulated and network == "local")}
+    if why := why_no_graph(environment, network == "local"):
         raise StartError(why)
     asked, chosen = options.asked(robot.simulated), options.values()
     try:

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
@@ -45,6 +46,11 @@ class RunFolder:
             self.parameters, self.recording = self.path / PARAMETERS, self.path / RECORDING
             self.serial = self.path / "serial"
             write_parameters(settings, self.parameters)
+        try:
+            self.serial.symlink_to(self.path)
+            self.serial.unlink()
+        except OSError:  # of a file system without links
+            self.serial = Path(tempfile.mkdtemp(prefix="collplan-")) / "serial"
         self._lock: FolderLock | None = None
         # where a file system knows no locks, nobody can lock it to complete it either
         with suppress(OSError):
@@ -55,18 +61,19 @@ class RunFolder:
         if self._lock is not None:
             self._lock.close()
 
-    def become_latest(self) -> None:
-        """Makes the link `latest`, beside the folder, point to it; for folders that get results.
-
-        Raises:
-            StartError: the link cannot be made.
-        """
-        with _writing(self.path.parent / "latest"):
-            # replaced atomically: there is no moment without a link
-            fresh = self.path.parent / f".latest_{os.getpid()}"
+    def become_latest(self) -> str:
+        """Makes the link `latest`, beside the folder, point to it; returns why it cannot be made, or ""."""
+        # replaced atomically: there is no moment without a link
+        latest, fresh = self.path.parent / "latest", self.path.parent / f".latest_{os.getpid()}"
+        try:
             fresh.unlink(missing_ok=True)
             fresh.symlink_to(self.path.name)
-            os.replace(fresh, self.path.parent / "latest")
+            os.replace(fresh, latest)
+        except OSError as error:
+            with suppress(OSError):
+                fresh.unlink(missing_ok=True)
+            return f"no link {latest}: {error.strerror or error}; the run is in {self.path}"
+        return ""
 
     def discard(self) -> None:
         """Removes the folder, for a run that did not start."""

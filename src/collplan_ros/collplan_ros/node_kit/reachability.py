@@ -3,9 +3,13 @@
 import socket
 from collections.abc import Mapping
 from contextlib import closing
+from pathlib import Path
 
+SERVER = "ROS_DISCOVERY_SERVER"
 LAST_DOMAIN = 232
 """The largest domain whose ports exist."""
+SERVER_PORT, ANSWER_TIME = 11811, 0.2
+"""Port of a discovery server where none is given, and time in which a machine refuses another [s]."""
 
 
 def why_no_graph(environment: Mapping[str, str], local: bool) -> str:
@@ -16,7 +20,16 @@ def why_no_graph(environment: Mapping[str, str], local: bool) -> str:
     domain = environment.get("ROS_DOMAIN_ID", "")
     if domain and not (domain.isdecimal() and int(domain) <= LAST_DOMAIN):
         return f"ROS_DOMAIN_ID: got {domain!r}, expected a whole number in [0, {LAST_DOMAIN}]"
+    if environment.get("ROS_SECURITY_ENABLE") == "true" and environment.get("ROS_SECURITY_STRATEGY") == "Enforce":
+        keys = environment.get("ROS_SECURITY_KEYSTORE", "")
+        if not Path(keys, "enclaves").is_dir():
+            return f"ROS_SECURITY_KEYSTORE: got {keys!r}, expected a keystore, or ROS_SECURITY_ENABLE=false"
+    for server in filter(None, environment.get(SERVER, "").split(";")):
+        if _is_refused(server):
+            return f"{SERVER}: no server listens at {server}: start it, or unset {SERVER}"
     if not local:
+        if environment.get("ROS_LOCALHOST_ONLY") == "1":
+            return "ROS_LOCALHOST_ONLY: got '1', which keeps nodes of other machines away: unset it, or --network local"
         return ""
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
         try:
@@ -24,6 +37,22 @@ def why_no_graph(environment: Mapping[str, str], local: bool) -> str:
         except OSError as error:
             return f"the loopback interface is down ({error.strerror}): ip link set lo up"
     return ""
+
+
+def _is_refused(server: str) -> bool:
+    """Returns whether the machine of `host`, or `host:port`, says that no discovery server listens there."""
+    host, _, port = server.partition(":")
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
+        probe.settimeout(ANSWER_TIME)
+        try:
+            probe.connect((host, int(port or SERVER_PORT)))
+            probe.send(b"")
+            probe.recv(1)
+        except ConnectionRefusedError:
+            return True
+        except (OSError, ValueError):  # no answer, or a form that only the middleware reads
+            pass
+    return False
 
 
 def why_no_logs(environment: Mapping[str, str]) -> str:

@@ -4,6 +4,7 @@ import argparse
 import gc
 import os
 import re
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -44,7 +45,8 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         args: command line with the program's name; sys.argv when None.
 
     Returns:
-        The exit code: 0, or 2 when the node could not be made, after one line on stderr that says why.
+        The exit code: 0, 2 when the node could not be made, after one line on stderr that says why, or 128 and the
+        signal that came meanwhile.
 
     Raises:
         Whatever a callback of the node raises, after the node was stopped.
@@ -61,9 +63,13 @@ def _run(make_node: Callable[[], Node], argv: list[str], stop_signal: StopSignal
         local = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST"
         if why := why_no_graph(os.environ, local) or why_no_logs(os.environ):
             raise OSError(why)
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
-        node = make_node()
+        with stop_signal.at_once():
+            rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+            node = make_node()
         _refuse_parameters_of_others(node, argv)
+    except KeyboardInterrupt:  # while it was made
+        rclpy.try_shutdown()
+        return 128 + (stop_signal.number or signal.SIGINT)
     except _STARTUP_ERRORS as error:
         print(f"{program}: {' '.join(str(error).split())}", file=sys.stderr)
         rclpy.try_shutdown()

@@ -18,9 +18,23 @@ class StopSignal:
 
     def __init__(self) -> None:
         self.number: int | None = None
+        self._at_once = False
 
     def _take(self, number: int, frame: FrameType | None) -> None:
         self.number = self.number or number
+        if self._at_once:
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def at_once(self) -> Iterator[None]:
+        """Raises KeyboardInterrupt at a signal until left, or at one that came before: to compile takes minutes."""
+        self._at_once = True
+        try:
+            if self.number is not None:
+                raise KeyboardInterrupt
+            yield
+        finally:
+            self._at_once = False
 
     @contextmanager
     def listening(self) -> Iterator[None]:
