@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Twist, Vector3Stamped
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log
 from sensor_msgs.msg import Imu, PointCloud2
 from std_msgs.msg import Bool
 
@@ -14,6 +15,11 @@ from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.nodes.base_node import BaseNode
+from collplan_ros.nodes.touch_input import why_unlike_imu
+
+
+def state_now(ros) -> State:
+    return State(seconds(ros.probe.get_clock()), np.array([1.0, 2.0]), np.array([0.8, 0.0]), np.pi / 2)
 
 
 class TouchBench:
@@ -22,17 +28,19 @@ class TouchBench:
     def __init__(self, ros, kind: str, message_type: type):
         self.ros = ros
         ros.listen(Twist, "/base/cmd_vel")
+        self.logged = ros.listen(Log, "/rosout")
         self.impacts = ros.listen(Vector3Stamped, "impact", EVENT)
         self.contacts = ros.listen(PointCloud2, "impact/contact", EVENT)
         self.node = ros.make(BaseNode, {"base.topic": "/base/cmd_vel", "base.touch": kind, "rebound.restitution": 0.5})
         self.poses = ros.publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
         self.touches = ros.publisher(message_type, "/touch", EVENT)
 
+    def says(self, words: str) -> bool:
+        return any(words in log.msg for log in self.logged)
+
     def touch(self, message) -> None:
         for _ in range(5):
-            now = seconds(self.ros.probe.get_clock())
-            state = State(now, np.array([1.0, 2.0]), np.array([0.8, 0.0]), np.pi / 2)
-            self.poses.publish(state_to_odometry(state, "map", "base_link", 0.0))
+            self.poses.publish(state_to_odometry(state_now(self.ros), "map", "base_link", 0.0))
             self.ros.spin(0.02)
         self.touches.publish(message)
         self.ros.spin(0.2)
@@ -61,6 +69,50 @@ def test_a_touch_is_published_once(ros, kind, quiet, felt):
     impact = impact_from_cloud(bench.contacts[0], "map")
     np.testing.assert_allclose(impact.normal, (-1.0, 0.0), atol=1e-6)
     assert 1.05 < impact.point[0] < 1.5  # it drives on until the message is taken
+
+
+def test_what_is_no_number_is_no_impact_and_a_sensor_that_is_otherwise_is_named(ros):
+    bench = TouchBench(ros, "imu", Imu)
+    for broken in (spike(np.nan, 0.0), spike(np.inf, 0.0), spike(0.0, -np.inf), spike(np.inf, np.nan)):
+        bench.touch(broken)
+        bench.touch(spike(0.0, 0.0))
+    assert not bench.impacts
+    for _ in range(3):  # a sensor turned by 180 degrees: the robot drives into what it feels behind it
+        bench.touch(spike(0.0, -40.0))
+        bench.touch(spike(0.0, 0.0))
+    assert ros.wait_until(lambda: bench.says("3 touches aside of the motion, 0 felt: is the sensor turned?"))
+
+
+def test_a_contact_that_chatters_is_felt_once_and_named(ros):
+    bench = TouchBench(ros, "bool", Bool)
+    for _ in range(30):
+        bench.touches.publish(Bool(data=True))
+        ros.spin(0.01)
+        bench.touches.publish(Bool(data=False))
+        ros.spin(0.01)
+        bench.poses.publish(state_to_odometry(state_now(ros), "map", "base_link", 0.0))
+    assert len(bench.impacts) <= 1  # none where it touched before the first pose
+    assert ros.wait_until(lambda: bench.says("does the contact chatter?"))
+
+
+@pytest.mark.parametrize(
+    ("rest", "said"),
+    [
+        ((0.1, 0.0, 9.8), ""),
+        ((0.1, 0.2, 0.0), ""),  # gravity taken out
+        ((0.0, 0.0, -9.8), "upside down"),
+        ((0.0, 9.8, 0.3), "tilted"),
+        ((0.0, 0.02, 1.0), "in g?"),
+        ((1.0, 20.0, 1000.0), "at rest it reads 1e+03"),
+        ((np.nan, 0.0, 9.8), "not finite"),
+    ],
+)
+def test_an_imu_is_told_by_its_gravity(rest, said):
+    rows = np.tile(rest, (40, 1))
+    rows[3] = np.nan, np.inf, 0.0
+    rows[7] = 60.0, 0.0, 9.8
+    assert said in why_unlike_imu(rows)
+    assert bool(why_unlike_imu(rows)) == bool(said)
 
 
 def test_messages_that_are_not_installed_are_named(ros):

@@ -76,6 +76,7 @@ class BaseNode(GraphNode):
         self._stopped: tuple[float, float] | None = None
         self._speed = 0.0
         self._runs_away = False
+        self._told = ""
         self._counts = {"sent": 0, "expired": 0}
         self._inputs = Inputs(self)
         self.contract = RobotContract(self, self._inputs, self, self._settings)
@@ -193,7 +194,12 @@ class BaseNode(GraphNode):
         values = {**self.contract.counts, **self._counts, "speed_m_s": self._speed}
         if self._touches is not None:
             values |= {"impacts": self._touches.published, "impacts_missed": self._touches.missed}
-        return self.contract.health(values, self._why_runaway() or self._why_lost(), f"sends to {self._topic}")
+        doubtful = "" if self._touches is None else self._touches.why_doubtful
+        if doubtful and not self._told:
+            self.get_logger().warning(doubtful)
+        self._told = doubtful
+        why = self._why_runaway() or self._why_lost() or doubtful
+        return self.contract.health(values, why, f"sends to {self._topic}")
 
     def stop(self) -> None:
         """Sends zero and waits until the base has received it."""

@@ -48,7 +48,7 @@ class FeltImpacts:
             # no pose is as new as the impact: the newest one leads to it
             state = self._newest
         change = np.zeros(2) if state is None else change_at(state)
-        if state is None or not change.any():
+        if state is None or not change.any() or not np.isfinite(change).all():
             return False
         center = state.position + (stamp - state.stamp) * state.velocity
         impact = measured_impact(stamp, center, state.velocity, change, self._radius, RING)

@@ -1,6 +1,7 @@
 """Reads the touches that a base reports, by `base.touch`: contacts, sides of hits, or accelerations."""
 
 import math
+from collections import deque
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 from rclpy.clock import Clock
 
+from collplan_core.control.runaway import MOVES
 from collplan_core.parameters import Base, Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.plane import rotate
@@ -26,6 +28,13 @@ COLLISION = 0
 """ArmorHit.type of a hit; others are the light of another robot's gun."""
 SIDES = {1: (-1.0, 0.0), 2: (1.0, 0.0), 4: (0.0, 1.0), 8: (0.0, -1.0)}
 """Direction to the obstacle, x forward, y left, of each bit of ArmorHit.location."""
+GRAVITY = 9.81
+KEPT, ENOUGH = 400, 40
+"""Accelerations looked at together, and those below which nothing is said."""
+ASIDE = 3
+"""Touches aside of the motion from which on, where they are most of all, the sensor is taken for turned."""
+CHATTER, LONG = 5, 5.0
+"""Touches within SAME of another from which on a sensor chatters, and duration of one that does not end [s]."""
 SAME = 0.15
 """Touches that follow one within this time are the same one [s]."""
 NOWHERE = np.zeros(2)
@@ -57,7 +66,23 @@ def _towards_of_hit(message: Any, base: Base) -> np.ndarray:
 def _towards_of_spike(message: Any, base: Base) -> np.ndarray:
     pushed = np.array([message.linear_acceleration.x, message.linear_acceleration.y])
     size = float(np.hypot(*pushed))
-    return -pushed / size if size > base.touch_acceleration else NOWHERE
+    # a bus error reads NaN or inf
+    return -pushed / size if base.touch_acceleration < size < math.inf else NOWHERE
+
+
+def why_unlike_imu(accelerations: np.ndarray) -> str:
+    """Returns what accelerations (n, 3) [m/s^2] show of a sensor whose hits are not felt, or at a wrong side; or ""."""
+    finite = accelerations[np.isfinite(accelerations).all(axis=1)]
+    if 2 * len(finite) < len(accelerations):
+        return "most accelerations are not finite"
+    x, y, z = np.median(finite, axis=0).tolist()
+    weight = math.hypot(x, y, z)
+    if weight > 0.5 and not 0.8 * GRAVITY < weight < 1.2 * GRAVITY:
+        unit = "in g? " if 0.8 < weight < 1.2 else ""
+        return f"at rest it reads {weight:.3g}, {unit}expected {GRAVITY:g} m/s^2, or 0 where gravity is taken out"
+    if weight > 0.5 and z < 0.9 * weight:
+        return f"gravity is at {x:.1f}, {y:.1f}, {z:.1f} m/s^2, expected along z: upside down, or tilted?"
+    return ""
 
 
 def _towards_of_contact(message: Any, base: Base) -> np.ndarray | None:
@@ -85,21 +110,47 @@ class TouchInput:
         self.published = self.missed = 0
         self._settings, self._clock, self._felt = settings, clock, felt
         self._touched, self._last = False, -math.inf
+        self._aside = self._bounced = 0
+        self._since = math.inf
+        self._accelerations = deque[tuple[float, float, float]](maxlen=KEPT)
         base = settings.base
         inputs.listen(touch_type(base), base.touch_topic, self._take, EVENT, EVENT_INPUT)
 
     def _take(self, message: Any) -> None:
-        towards = TOWARDS[self._settings.base.touch](message, self._settings.base)
+        base, now = self._settings.base, seconds(self._clock)
+        if base.touch == "imu":
+            read = message.linear_acceleration
+            self._accelerations.append((read.x, read.y, read.z))
+        towards = TOWARDS[base.touch](message, base)
         before, self._touched = self._touched, towards is not NOWHERE
-        now = seconds(self._clock)
-        if not self._touched or before or now - self._last < SAME:
+        last, self._last = self._last, now if self._touched else self._last
+        if not self._touched or before:
+            self._since = min(self._since, now) if self._touched else math.inf
             return
-        self._last = now
+        if now - last < SAME:  # a contact that bounces is felt once, however long
+            self._bounced += 1
+            return
 
         def change_at(state: State) -> np.ndarray:
             ahead = None if towards is None else np.array(rotate(*towards.tolist(), state.yaw))
-            return change_by_touch(state.velocity, ahead, self._settings.rebound.restitution)
+            change = change_by_touch(state.velocity, ahead, self._settings.rebound.restitution)
+            self._aside += not change.any() and math.hypot(*state.velocity.tolist()) > MOVES
+            return change
 
         published = self._felt.publish(0.0, change_at)
         self.published += published
         self.missed += not published
+
+    @property
+    def why_doubtful(self) -> str:
+        """What the messages show of a sensor that is not as it should be, or ""."""
+        topic = self._settings.base.touch_topic
+        if len(self._accelerations) >= ENOUGH and (why := why_unlike_imu(np.array(self._accelerations))):
+            return f"{topic}: {why}"
+        if seconds(self._clock) - self._since > LONG:
+            return f"{topic}: touched for over {LONG:g} s: is the contact stuck, or inverted?"
+        if self._bounced >= CHATTER and self._bounced > self.published:
+            return f"{topic}: {self._bounced} touches within {SAME:g} s of another: does the contact chatter?"
+        if self._aside >= ASIDE and self._aside > self.published:
+            return f"{topic}: {self._aside} touches aside of the motion, {self.published} felt: is the sensor turned?"
+        return ""
