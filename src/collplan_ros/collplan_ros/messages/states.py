@@ -69,9 +69,14 @@ def command_to_state(
     )
 
 
-def drive_to_message(in_use: Drive, learnt: LearntDrive | None, belief: Drive, source: str) -> DiagnosticStatus:
-    """Message of the drive in use and what was learnt of it; a warning where it is not what is set, beyond doubt."""
-    unlike = "" if learnt is None else learnt.why_unlike(belief)
+def drive_to_message(
+    in_use: Drive, learnt: LearntDrive | None, belief: Drive, source: str, shown: str = ""
+) -> DiagnosticStatus:
+    """Message of the drive in use and what was learnt of it; a warning where it is not what is set, beyond doubt.
+
+    `shown` is what steady motion shows of the base; or empty.
+    """
+    unlike = "; ".join(filter(None, [shown, "" if learnt is None else learnt.why_unlike(belief)]))
     values = dict[str, float](zip(DRIVE, in_use, strict=True))
     for name, known in () if learnt is None else zip(DRIVE, learnt, strict=True):
         values |= {f"{name}.learnt": known.value, f"{name}.low": known.low, f"{name}.high": known.high}

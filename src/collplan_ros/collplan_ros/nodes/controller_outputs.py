@@ -107,7 +107,8 @@ class ControllerOutputs:
         in_use, unlike, told = self._told_drive
         if drive.in_use is None or (drive.in_use == in_use and 0.0 <= now - told < DRIVE_PERIOD):
             return
-        message = drive_to_message(drive.in_use, drive.learnt, drive_of(self._settings.robot), self._source)
+        belief, shown = drive_of(self._settings.robot), drive.steady.why_unlike
+        message = drive_to_message(drive.in_use, drive.learnt, belief, self._source, shown)
         warns = message.message if message.level == DiagnosticStatus.WARN else ""
         if warns and not unlike:
             self._log.warning(warns)
