@@ -117,18 +117,6 @@ def test_what_another_tool_has_rewritten_is_read_for_what_it_holds(tmp_path):
         filtered.check_poses()
 
 
-@given(st.floats(0.0, 1.0))
-@settings(derandomize=True, deadline=None, max_examples=200)
-def test_a_recording_cut_off_anywhere_is_read_as_far_as_it_goes(killed, cut):
-    whole = read_run(killed).log
-    content = (killed / RECORDING).read_bytes()
-    with tempfile.TemporaryDirectory() as name:
-        folder = shutil.copytree(killed, Path(name) / "run")
-        (folder / RECORDING).write_bytes(content[: max(HEADER, round(cut * len(content)))])
-        read = read_run(folder).log
-    assert read.poses == whole.poses[: len(read.poses)]
-
-
 def write_half(path: Path) -> None:
     with replacing(path) as new:
         new.write_text("half")
