@@ -142,10 +142,9 @@ def test_a_robot_inside_a_grown_obstacle_moves_to_the_nearest_point_of_its_borde
     assert np.hypot(*local_map.position) <= RADIUS + 1e-9  # stuck between two walls
 
 
-def test_clearance_grows_obstacles_further():
+def test_obstacles_are_grown_by_the_radius():
     world = world_of([box(0.4, -3.0, 1.0, 3.0)])
     assert map_of(world).reach[0] == pytest.approx(0.4 - RADIUS)
-    assert map_of(world, clearance=0.05).reach[0] == pytest.approx(0.4 - RADIUS - 0.05)
 
 
 @given(world=cluttered_worlds())
