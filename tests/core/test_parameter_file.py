@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.parameters.file import NODES, follows_clock, read_parameters, write_parameters
-from collplan_core.parameters.groups import SHORTEST_MAP_PERIOD
+from collplan_core.parameters.groups import SHORTEST_MAP_PERIOD, without_effect
 from collplan_core.parameters.spec import ParameterError, Spec
 from collplan_core.yaml_text import LONGEST
 
@@ -140,12 +140,17 @@ def in_every_node(text: str) -> str:
     [
         ("teleop: {deadzone: 0.2}", "teleop.deadzone: no longer a parameter"),
         ("teleop: {deadzone: 0.2, rate: 20.0}", "teleop.deadzone and 1 more: no longer a parameter"),
+        ("controller: {k_i: 2.0}", "controller.k_i: no longer a parameter"),
         ("simulator.patience: 2.0\nteleop_node: {ros__parameters: {robot.mass: 0.2}}", "simulator.patience: no"),
     ],
 )
 def test_a_file_with_removed_parameters_is_read_with_a_sentence(tmp_path, caplog, text, said):
     assert read(tmp_path, in_every_node(f"robot.radius: 0.1\n    {text}")) == {"robot.radius": 0.1}
     assert [f"{tmp_path / 'parameters.yaml'}: {said}" in message for message in caplog.messages] == [True]
+
+
+def test_no_parameter_begins_as_a_removed_one_does():
+    assert without_effect(all_specs()) == ""
 
 
 BAD = {
