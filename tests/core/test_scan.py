@@ -40,10 +40,23 @@ def test_a_scan_that_cannot_be_used_is_an_error_that_says_why():
 
 
 def test_ranges_beyond_the_limits_are_no_measurements():
-    measured = np.array([0.01, 0.02, 5.0, 5.01, np.nan, np.inf, -np.inf])
+    measured = np.array([0.01, 0.02, 4.99, 5.0, 5.000001, 5.01, 6.0, 65.533, np.nan, np.inf, -np.inf, *np.ones(9)])
     ranges = scan(measured).ranges
     measured[:] = 3.0  # a scan keeps its own
-    np.testing.assert_array_equal(ranges, [-np.inf, 0.02, 5.0, np.inf, np.nan, np.inf, -np.inf])
+    lost = [np.nan] * 4
+    np.testing.assert_array_equal(ranges[:11], [-np.inf, 0.02, 4.99, np.inf, np.inf, *lost, np.inf, -np.inf])
+
+
+def test_a_scan_in_another_unit_is_refused_and_marks_and_codes_of_many_beams_are_lost_ones():
+    measured = np.linspace(0.5, 4.5, 360)
+    for lost in (6.0, 65.533, 5.5):
+        ranges = scan(np.where(np.arange(360) < 300, lost, measured)).ranges
+        assert (np.isnan(ranges) == (np.arange(360) < 300)).all()
+    for values, limit in ((1000.0 * measured, 5.0), (100.0 * measured, 5.0), (1000.0 * measured, 5000.0)):
+        with pytest.raises(ScanError, match="millimetres"):
+            scan(values, range_max=limit)
+    with pytest.raises(ScanError, match="above range_max"):
+        scan(np.full(360, 6.0))
 
 
 ranges = st.lists(

@@ -338,6 +338,13 @@ def rplidar(ranges):
     return driver_message(ranges=np.where((ranges < 0.15) | (ranges > 8.0), np.inf, ranges).tolist())
 
 
+def test_range_max_itself_is_no_hit_and_lost_where_infinite_is():
+    ranges = [8.0, 8.000001, 9.0, *[2.0] * 397]
+    for infinite, means in (("free", math.inf), ("lost", math.nan)):
+        scan = scan_from_message(driver_message(ranges=ranges), "base_link", ScanInput(infinite=infinite))
+        np.testing.assert_array_equal(scan.ranges[:4], [means, means, math.nan, 2.0])
+
+
 def test_what_infinite_ranges_and_those_of_zero_mean():
     message = driver_message(ranges=[math.inf, 9.0, 0.1, math.nan, 0.0] + [2.0] * 395)
     for taken, first, last in (
@@ -346,7 +353,7 @@ def test_what_infinite_ranges_and_those_of_zero_mean():
         (ScanInput(zero="free"), math.inf, math.inf),
     ):
         ranges = scan_from_message(message, "base_link", taken).ranges
-        np.testing.assert_array_equal(ranges[:6], [first, math.inf, -math.inf, math.nan, last, 2.0])
+        np.testing.assert_array_equal(ranges[:6], [first, math.nan, -math.inf, math.nan, last, 2.0])
 
 
 @given(distance=st.floats(0.091, 0.149), place=st.integers(0, 399))

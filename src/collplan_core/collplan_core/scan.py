@@ -1,7 +1,7 @@
 """A LIDAR scan as the local map takes it, checked where it enters."""
 
 from dataclasses import dataclass
-from math import inf, isfinite, isnan
+from math import inf, isfinite, isnan, nan
 
 import numpy as np
 
@@ -14,24 +14,39 @@ class ScanError(ValueError):
     """A scan that cannot be used; the message names the value and what was expected."""
 
 
-@njit
-def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, int]:
-    """The smallest finite range, inf without one, and the number of beams that measured anything.
+MARK = 1.001
+"""Filters write range_max + 1 for beams that they take away: no other unit makes ranges so little above it [m]."""
+ROUNDED = 1e-6
+"""Share of range_max by which a range may differ and still be it: messages round both."""
+FARTHEST = 1000.0
+"""No LIDAR sees farther; much larger numbers stand for no limit [m]."""
+CODES = 3
+"""Most numbers above range_max that may be codes of a device, where most beams have one."""
 
-    REP-117: what a device reports outside its limits is not a measurement of a distance; it is replaced in place.
+
+@njit
+def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, int, int]:
+    """The smallest finite range, inf without one, and the numbers of beams that measured anything, and too much.
+
+    REP-117: what a device reports outside its limits is not a measurement of a distance; it is replaced in place. What
+    is nearer is near, range_max itself is nothing within it, and what is above is lost.
     """
-    smallest, measured = inf, 0
+    smallest, measured, beyond = inf, 0, 0
     for i in range(len(ranges)):
         if isnan(ranges[i]):
+            continue
+        if isfinite(ranges[i]) and ranges[i] > high * (1.0 + ROUNDED):
+            beyond += ranges[i] > high + MARK
+            ranges[i] = nan
             continue
         measured += 1
         if isfinite(ranges[i]):
             smallest = min(smallest, ranges[i])
             if ranges[i] < low:
                 ranges[i] = -inf
-            elif ranges[i] > high:
+            elif ranges[i] >= high * (1.0 - ROUNDED):
                 ranges[i] = inf
-    return smallest, measured
+    return smallest, measured, beyond
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,15 +58,16 @@ class Scan:
         angle_min: direction of the first beam [rad, sensor frame].
         angle_increment: step from beam to beam [rad], not zero.
         range_min, range_max: limits of a valid range [m]; a range_max of inf is none.
-        ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured.
+        ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured, as what was given
+            as more than range_max.
         time_increment: time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of
             one instant.
         sensor_poses: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, in the robot's frame at the stamp; None
             where all are those of the robot at the stamp.
 
     Raises:
-        ScanError: wrong shape, fewer than 2 beams, more than a full turn, bad limits, finite ranges outside them,
-            or not a single valid range.
+        ScanError: wrong shape, fewer than 2 beams, more than a full turn, bad limits, negative ranges, most
+            ranges above them, or not a single valid range.
     """
 
     stamp: float
@@ -85,13 +101,18 @@ class Scan:
                 f"limits: got range_min {self.range_min}, range_max {self.range_max}, "
                 "expected finite numbers, 0 <= range_min < range_max; inf is no largest range"
             )
+        if FARTHEST < self.range_max < 1000.0 * FARTHEST:
+            raise ScanError(f"limits: got range_max {self.range_max:g} m: millimetres?")
         if self.sensor_poses is not None and self.sensor_poses.shape != (len(ranges), 3):
             raise ScanError(f"sensor_poses: got shape {self.sensor_poses.shape}, expected {(len(ranges), 3)}")
-        smallest, measured = _apply_limits(ranges, self.range_min, self.range_max)
+        given = ranges.copy()
+        smallest, measured, beyond = _apply_limits(ranges, self.range_min, self.range_max)
+        if beyond and 2 * beyond > np.isfinite(given).sum() and len(np.unique(given[given > self.range_max])) > CODES:
+            raise ScanError(f"ranges: {beyond} of {len(given)} above range_max {self.range_max:g}: millimetres?")
         if smallest < 0.0:
             raise ScanError(f"ranges: got {smallest}, expected no negative range")
         if measured == 0:
-            raise ScanError(f"ranges: all {len(ranges)} are NaN, expected at least one measurement")
+            raise ScanError(f"ranges: all {len(ranges)} are NaN or above range_max, expected at least one measurement")
         ranges.flags.writeable = False
         object.__setattr__(self, "ranges", ranges)
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.scan import Scan
+from collplan_core.scan import ROUNDED, Scan
 from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sight_lines import is_full_turn, repeats_first
 
@@ -255,7 +255,8 @@ def on_wall_lines(scan: Scan, noise: float) -> Scan:
     # a full turn begins at what is farthest, a corner or nothing at all: not in the middle of a wall
     around = is_full_turn(n, step)
     first = int(np.argmax(np.nan_to_num(ranges))) if around else 0
-    fitted = _on_lines(np.roll(ranges, -first), step, noise, scan.range_min, scan.range_max, around)
+    farthest = scan.range_max * (1.0 - 2.0 * ROUNDED)  # range_max itself is no hit
+    fitted = _on_lines(np.roll(ranges, -first), step, noise, scan.range_min, farthest, around)
     return replace(scan, ranges=np.concatenate([np.roll(fitted, first), again]))
 
 

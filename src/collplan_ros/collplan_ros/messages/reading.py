@@ -10,7 +10,7 @@ import numpy as np
 
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED
 from collplan_core.parameters import ScanInput
-from collplan_core.scan import Scan, ScanError
+from collplan_core.scan import ROUNDED, Scan, ScanError
 from collplan_core.sensing.scan_filters import is_masked
 
 NANOSECONDS = 1_000_000_000
@@ -113,7 +113,7 @@ def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
     """(n,) the ranges of a LaserScan [m], NaN where they are invalid."""
     ranges = np.array(message.ranges, dtype=np.float64)
     if taken.infinite == "lost":
-        ranges[ranges == np.inf] = np.nan
+        ranges[(ranges == np.inf) | np.isclose(ranges, message.range_max, ROUNDED, 0.0)] = np.nan
     ranges[(ranges >= 0.0) & (ranges <= taken.codes_below)] = ZERO[taken.zero]
     if taken.min_intensity > 0.0:
         intensities = np.array(message.intensities, dtype=np.float64)
