@@ -1,6 +1,7 @@
 """When the controller stands still, which plans it refuses, when poses do not join, how old a message is."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.ages import SILENCE, STEP, SenderAge, SmallestDelay
-from collplan_core.control.permission import is_blocked, is_relocated, plan_lifetime, why_refuse_plan, why_stale
+from collplan_core.control.permission import (
+    is_blocked,
+    is_relocated,
+    plan_lifetime,
+    why_refuse_plan,
+    why_shows_itself,
+    why_stale,
+)
 from collplan_core.parameters import Limits, LocalMapping, Mocap, Robot, Settings
 from collplan_core.plan import Plan, timed_path
 from collplan_core.scan import Scan
@@ -86,6 +94,23 @@ def test_goal_is_blocked_where_the_disc_overlaps_what_is_seen_wherever_it_stands
 
 def test_goal_near_a_wall_beyond_the_map_is_not_judged_yet():
     assert not is_blocked(np.array([2.0, 0.0]), wall_ahead(2.0), at(1.0), Settings(), LocalMapping())
+
+
+def test_a_scan_that_shows_the_robot_itself_is_told_from_a_wall_and_a_corner_beside_it():
+    scan, state, radius = wall_ahead(1.0), at(1.0), 0.09
+    angles = np.abs(scan.angles)
+    for near, where in [
+        (angles < 0.2, ""),
+        (angles < 1.2, ""),
+        (angles < 2.0, ""),
+        (np.abs(np.remainder(angles, math.pi / 2) - math.pi / 4) < 0.1, "rim"),
+    ]:
+        at_rim = why_shows_itself(replace(scan, ranges=np.where(near, 0.1, scan.ranges)), state, radius)
+        assert ("rim" in at_rim) == bool(at_rim) == bool(where)
+        inside = why_shows_itself(replace(scan, ranges=np.where(near, 0.05, scan.ranges)), state, radius)
+        assert "inside the robot, from 0.05 m" in inside
+    too_near = replace(scan, ranges=np.where(angles < 0.2, -math.inf, scan.ranges))
+    assert "inside" in why_shows_itself(too_near, state, radius)
 
 
 OLDEST = 0.2

@@ -158,7 +158,8 @@ class TrialNodes:
     @property
     def reason(self) -> str:
         """Reason why the goal was given up, or why the run is over."""
-        return (self._monitor.reason or self.loop.planner.trouble) + drive_noise_hint(self.settings)
+        said = filter(None, (self._monitor.reason, self.loop.planner.trouble))
+        return "; ".join(said) + drive_noise_hint(self.settings)
 
     @property
     def newest_stamp(self) -> float:

@@ -4,6 +4,7 @@ Ages are local time since receipt [s], infinite before the first; stamps are tim
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -102,3 +103,28 @@ def is_blocked(goal: np.ndarray, scan: Scan, state: State, settings: Settings, m
     shown = shown[np.hypot(*(shown - goal).T) < radius + tolerance]
     apart = (goal + tolerance * STANDS)[:, None] - shown
     return bool((np.hypot(apart[..., 0], apart[..., 1]) < radius).any(axis=1).all())
+
+
+RIM, ALL_AROUND = 0.03, 0.55 * math.pi
+"""Beams that end so near to the robot [m] meet parts of it, where no gap between them is wider [rad]."""
+
+
+def why_shows_itself(scan: Scan, state: State, radius: float) -> str:
+    """Returns the sentence on a scan that shows the robot of a radius [m] itself; "" where it does not.
+
+    Its beams end inside the robot, or at its rim on all sides, which no wall beside it and no corner does.
+
+    Args:
+        state: the robot at the scan's stamp.
+    """
+    scan = replace(scan, ranges=np.where(scan.ranges == -np.inf, scan.range_min, scan.ranges))
+    hits = scan.points(state, np.isfinite(scan.ranges)) - state.position
+    apart = np.hypot(*hits.T)
+    inside, rim = apart < radius - TOUCH_MARGIN, apart < radius + RIM
+    bearings = np.sort(np.arctan2(*hits[rim].T))
+    all_around = len(bearings) > 0 and np.diff(bearings, append=bearings[0] + math.tau).max() < ALL_AROUND
+    which, where = (inside, "inside the robot") if inside.any() else (rim, "at the robot's rim, on all sides")
+    if not (inside.any() or all_around):
+        return ""
+    found = f"{which.sum()} of {len(scan.ranges)} beams end {where}, from {apart.min():.2f} m from its centre on"
+    return f"{found} (robot.radius {radius:g} m): parts of the robot? scan.masked_angles"

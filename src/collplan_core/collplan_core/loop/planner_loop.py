@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal
+from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal, why_shows_itself
 from collplan_core.deadline import Deadline
 from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
 from collplan_core.learning.drive import DRIVE, Drive, drive_of, with_drive
@@ -369,6 +369,9 @@ class PlannerLoop:
 
     def _report_no_way(self, reason: str, local: float, gives_up: bool) -> None:
         """Makes no plan; gives the goal up where that lasts, as a single noisy scan may be wrong."""
+        placed = self._placed
+        shown = "" if placed is None else why_shows_itself(placed.scan, placed.state, self._settings.robot.radius)
+        reason = shown or reason
         self._report_no_plan("no_plan", reason, local)
         if gives_up:
             self._progress.closed = reason
