@@ -16,7 +16,8 @@ from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_after, velocity_law
-from loop_scenes import IDENTITY, SETTINGS, at, scan_at, straight_plan
+from collplan_core.worlds.raycast import simulate_scan
+from loop_scenes import HALL, IDENTITY, SETTINGS, at, scan_at, straight_plan
 
 PERIOD = 1.0 / SETTINGS.controller.rate
 REACH = SETTINGS.robot.radius + 0.12
@@ -133,3 +134,29 @@ def test_what_may_come_out_of_what_it_does_not_see_slows_it_and_the_hall_does_no
     assert math.hypot(*slowed.velocity) < 0.9
     assert "what it does not see" in slowed.reason
     assert kept_off(command, fast, NO_MOVERS, around[1], SETTINGS) is command
+
+
+def test_what_no_scan_had_in_view_is_entered_slowly_by_avoid_alone_and_by_all_where_something_may_emerge():
+    behind, state = Command(np.array([-1.0, 0.0]), 0.0, FREE_SPACE, np.zeros(2)), at(1.0)
+    for degrees, strategy, emerging, slow in [
+        (360, "avoid", 0.0, False),
+        (270, "avoid", 0.0, True),
+        (270, "stop_guarantee", 0.0, True),
+        (270, "bounce", 0.0, False),
+        (270, "harness", 0.0, False),
+        (270, "bounce", 0.5, True),
+    ]:
+        wide = math.radians(degrees)
+        settings = SETTINGS.with_values({"planner.strategy": strategy, "limits.emerging_speed": emerging})
+        lidar = replace(settings.lidar, angle_min=-0.5 * wide, angle_span=wide)
+        sensed = SensedScans(settings.limits.pose_history)
+        sensed.take_pose(state, 1.0, settings)
+        sensed.take_scan(simulate_scan(HALL, state, lidar), 1.0, settings)
+        placed = sensed.newest_mapped(settings)
+        sent = kept_off(behind, state, NO_MOVERS, placed, settings)
+        assert (float(np.hypot(*sent.velocity)) <= 0.2) == slow, (degrees, strategy, sent)
+        assert ("does not see" in sent.reason) == slow
+        ahead = replace(behind, velocity=np.array([0.5, 0.0]))
+        assert emerging or kept_off(ahead, state, NO_MOVERS, placed, settings) is ahead
+        by_hand = replace(behind, maneuver=HAND)
+        assert emerging or kept_off(by_hand, state, NO_MOVERS, placed, settings) is by_hand

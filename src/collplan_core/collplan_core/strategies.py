@@ -41,3 +41,8 @@ TIME_TO_GOAL: dict[str, ContactTerms] = {
 
 NAMES = [*PAPER_WEIGHTS, "custom", *TIME_TO_GOAL]
 """The choices of `planner.strategy`; `planners.py: register` adds to them."""
+
+
+def is_careful(strategy: str) -> bool:
+    """Whether a strategy of this name enters what no scan has had in view only as fast as a touch may be."""
+    return strategy in TIME_TO_GOAL and TIME_TO_GOAL[strategy].contact_tolerance == AVERSE

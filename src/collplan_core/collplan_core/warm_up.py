@@ -19,6 +19,7 @@ from collplan_core.loop.delay_prediction import motion_under_way
 from collplan_core.loop.mover_guard import kept_off
 from collplan_core.loop.sensed_scans import PlacedScan
 from collplan_core.movers import finding
+from collplan_core.movers.coverage import with_view
 from collplan_core.movers.record import NO_MOVERS
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
@@ -48,6 +49,7 @@ def warm_up() -> None:
     scan_plausibility.warm_up(scan, seen_surfaces(scan, state), state, settings.limits)
     wall_lines.warm_up(scan)
     finding.warm_up(scan, seen_surfaces(scan, state), state, settings.movers)
+    with_view(None, seen_surfaces(scan, state), state, settings.robot.radius)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
     motion_under_way(state, np.zeros((1, 3)), 0.01, 0.01, local_map, settings)
     onto = Command(np.array([settings.robot.max_speed, 0.0]), 0.0, FREE_SPACE, np.zeros(2))

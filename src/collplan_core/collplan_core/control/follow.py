@@ -125,6 +125,25 @@ def hold_heading(yaw: float, held: float) -> float:
     return min(max(K_YAW * error, -MAX_YAW_RATE), MAX_YAW_RATE)
 
 
+AHEAD = 0.3
+"""The view is turned to the place of the plan that is so far ahead [m]."""
+NARROWER = 0.5
+"""A view of which less is missing has no direction [rad]."""
+
+
+def look_ahead(plan: Plan, state: State, faces: float, heading: float) -> float:
+    """Heading at which the middle of the view, `faces` [rad] seen from the robot, looks where a plan leads [rad].
+
+    `heading` where the plan leads nowhere [rad].
+    """
+    way = plan.positions[plan.times >= state.stamp] - state.position
+    far = np.hypot(*way.T)
+    if far.max(initial=0.0) < 0.5 * AHEAD:
+        return heading
+    x, y = way[int(np.argmax(far >= min(AHEAD, far.max())))].tolist()
+    return math.atan2(y, x) - faces
+
+
 def clip_command(
     velocity: np.ndarray, yaw_rate: float, robot: Robot, limits: Limits
 ) -> tuple[np.ndarray, float] | None:
@@ -353,5 +372,7 @@ def follow(
     if memory.stage == ENGAGED or _touches(local_map.border_points, local_map.surface, *state.position.tolist()):
         integral = memory.integral
     heading = state.yaw if memory.heading is None else memory.heading
+    if params.turns_to_look and local_map.unseen.blind > NARROWER:
+        heading = look_ahead(plan, state, local_map.unseen.faces, heading)
     command = Command(to_body(velocity, state.yaw), hold_heading(state.yaw, heading), maneuver, reference)
     return command, replace(memory, integral=integral, heading=heading)

@@ -10,7 +10,7 @@ from collplan_core.local_map.frontiers import Frontiers, find_frontiers, find_sh
 from collplan_core.local_map.predicted import PREDICTED
 from collplan_core.local_map.record import LocalMap
 from collplan_core.local_map.seen import SeenSurfaces, seen_from, seen_surfaces
-from collplan_core.movers.record import ALL_STANDS, SortedReturns
+from collplan_core.movers.record import ALL_SEEN, ALL_STANDS, SortedReturns, Unseen
 from collplan_core.parameters import LocalMapping, Robot
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -49,12 +49,18 @@ def build_local_map(
 
 
 def map_of_surfaces(
-    found: SeenSurfaces, state: State, robot: Robot, mapping: LocalMapping, returns: SortedReturns = ALL_STANDS
+    found: SeenSurfaces,
+    state: State,
+    robot: Robot,
+    mapping: LocalMapping,
+    returns: SortedReturns = ALL_STANDS,
+    unseen: Unseen = ALL_SEEN,
 ) -> LocalMap:
     """The local map from the surfaces in a scan, and the pose at its stamp. Paper: II-A.
 
     Args:
         returns: kinds of the scan's returns; the surfaces are without those of movers.
+        unseen: what the scan has out of view.
     """
     stages = _build(found, robot.radius, mapping.half_side, mapping.n_rays)
     free, frontiers = stages.free, stages.frontiers
@@ -84,4 +90,5 @@ def map_of_surfaces(
         view_from=np.array([*(state.position + sensor), found.sweep.first, found.sweep.step]),
         view_beams=found.origins + np.array([*state.position, 0.0]),
         returns=returns,
+        unseen=unseen,
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import inside
-from collplan_core.movers.record import ALL_STANDS, SortedReturns
+from collplan_core.movers.record import ALL_SEEN, ALL_STANDS, SortedReturns, Unseen
 
 
 @njit
@@ -46,6 +46,7 @@ class LocalMap:
         view_beams: (b, 3) where each begins x, y [m], of which view_from has the middle one, and how much farther it is
             turned [rad]; (0, 3) where all are of one place.
         returns: what stands and what moves of what it was built from; returns of movers are not in the rest of it.
+        unseen: what its scan has out of view, and none before had in view.
     """
 
     stamp: float
@@ -68,6 +69,7 @@ class LocalMap:
     view_from: np.ndarray = field(default_factory=lambda: np.zeros(4))
     view_beams: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     returns: SortedReturns = ALL_STANDS
+    unseen: Unseen = ALL_SEEN
 
     def __repr__(self) -> str:
         """One line: place, and counts of its borders."""

@@ -322,7 +322,7 @@ class ControllerLoop:
         """
         settings, sensed = self._settings, self._inputs.sensed
         state, now = self._inputs.state, self._inputs.now(local)
-        nothing = len(sensed.movers) == 0 and settings.limits.emerging_speed == 0.0
+        nothing = len(sensed.movers) + len(sensed.unseen.edges) == 0 and settings.limits.emerging_speed == 0.0
         if nothing or state is None or now is None or self._inputs.why_stale(local, settings.limits):
             return command
         placed = sensed.newest_mapped(settings)

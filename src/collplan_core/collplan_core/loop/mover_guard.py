@@ -1,7 +1,7 @@
 """The controller's last check: a command is shortened where the robot could not brake any more for what moves.
 
 Movers are those found in scans; with limits.emerging_speed also what may come out of where the newest scan shows
-nothing.
+nothing. Some strategies also keep off the places that no scan has had in view: anything may stand there.
 """
 
 import math
@@ -11,16 +11,20 @@ import numpy as np
 
 from collplan_core.command import HAND, WAITING, Command
 from collplan_core.loop.sensed_scans import PlacedScan
+from collplan_core.movers.coverage import CELL
 from collplan_core.movers.guard import ALLOWED, GROWTH, IN_HAND, MORE, REACH, body_of, largest_share
 from collplan_core.movers.record import Movers
 from collplan_core.movers.unseen import unseen_edges
 from collplan_core.parameters import Settings
 from collplan_core.plane import nearest_on_segment, rotate
 from collplan_core.state import State
+from collplan_core.strategies import is_careful
 
 CREEP = 0.1
 """Own speed that is allowed towards what the robot does not see: right beside an edge it could not move on otherwise
 [m/s]."""
+OUT_OF_VIEW = "what it does not see"
+"""What a robot keeps off that may stand for long before what no scan has shown."""
 WAITS_WITHIN = 1.0
 """A robot that hardly moves and has a mover so near waits for it [m]."""
 
@@ -38,7 +42,8 @@ def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan 
     by_hand, limits = command.maneuver == HAND, settings.limits
     speed = float(np.hypot(*command.velocity))
     freely = max(limits.mover_speed, limits.blind_speed if by_hand else 0.0)
-    reached = _reached(movers, placed, state.stamp, settings, freely)
+    expects = limits.emerging_speed > 0.0 or (is_careful(settings.planner.strategy) and not by_hand)
+    reached = _reached(movers, placed if expects else None, state.stamp, settings, freely)
     if speed == 0.0 or len(reached) == 0:
         return command
     wanted = np.array(rotate(*command.velocity.tolist(), state.yaw))
@@ -53,7 +58,7 @@ def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan 
     if share == 1.0:
         return command
     away = _nearest(reached[row : row + 1], state, settings.robot.radius)
-    what = "a mover" if row < len(movers) else "what it does not see"
+    what = "a mover" if row < len(movers) else OUT_OF_VIEW
     return replace(sent, reason=f"keeps off {what} {away:.1f} m away")
 
 
@@ -64,12 +69,15 @@ def _reached(movers: Movers, placed: PlacedScan | None, now: float, settings: Se
     rows[:, :6] = moving[:, [0, 1, 0, 1, 2, 3]]
     rows[:, REACH], rows[:, GROWTH] = moving[:, 4] + settings.movers.clearance, moving[:, 5]
     rows[:, ALLOWED], rows[:, MORE] = freely, IN_HAND
-    if emerging == 0.0 or placed is None:
+    if placed is None:
         return rows
-    shown = placed.local_map
-    edges = unseen_edges(shown.view, shown.view_from, shown.view_beams, shown.walls, placed.scan.range_max)
+    shown, edges = placed.local_map, np.zeros((0, 4))
+    if emerging > 0.0:
+        edges = unseen_edges(shown.view, shown.view_from, shown.view_beams, shown.walls, placed.scan.range_max)
+    edges = np.vstack([np.tile(shown.unseen.edges, 2), edges])
     unseen = np.zeros((len(edges), 10))
     unseen[:, :4], unseen[:, REACH] = edges, emerging * max(now - shown.stamp, 0.0)
+    unseen[: len(shown.unseen.edges), REACH] += 0.5 * CELL
     unseen[:, GROWTH], unseen[:, ALLOWED] = emerging, max(freely, CREEP)
     return np.vstack([rows, unseen])
 

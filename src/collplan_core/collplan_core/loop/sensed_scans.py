@@ -10,8 +10,9 @@ from collplan_core.control.permission import is_relocated
 from collplan_core.local_map import LocalMap
 from collplan_core.local_map.build import map_of_surfaces
 from collplan_core.local_map.seen import SeenSurfaces, of_each_beam, seen_surfaces
+from collplan_core.movers.coverage import Coverage, with_view
 from collplan_core.movers.finding import MoverMemory, find_movers
-from collplan_core.movers.record import MOVES, NO_MOVERS, Movers, SortedReturns
+from collplan_core.movers.record import ALL_SEEN, MOVES, NO_MOVERS, Movers, SortedReturns, Unseen
 from collplan_core.parameters import LocalMapping, Settings
 from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
@@ -48,15 +49,18 @@ class SensedScans:
 
     Attributes:
         movers: what moves, by the scans so far.
+        unseen: what the newest of them has out of view, and none before had in view.
     """
 
     def __init__(self, span: float) -> None:
         """Keeps poses and scans for `span` [s] by their stamps."""
         self.movers: Movers = NO_MOVERS
+        self.unseen: Unseen = ALL_SEEN
+        self._coverage: Coverage | None = None
         self._span = span
         self._poses = PoseHistory(span)
         self._unplaced: list[tuple[Scan, float]] = []
-        self._scans: deque[tuple[Scan, SeenSurfaces, SortedReturns]] = deque()
+        self._scans: deque[tuple[Scan, SeenSurfaces, SortedReturns, Unseen]] = deque()
         self._memory, self._moving = ScanMemory(), MoverMemory()
         self._mapped: deque[tuple[PlacedScan, LocalMapping]] = deque(maxlen=MAPS)
         self._state: State | None = None
@@ -78,6 +82,7 @@ class SensedScans:
                 self._scans.clear()
                 self._unplaced = []
                 self.movers, self._moving = NO_MOVERS, MoverMemory()
+                self.unseen, self._coverage = ALL_SEEN, None
             self._poses.add(state)
             self._state, self._given = state, (state, local)
             self._place_scans(settings)
@@ -115,7 +120,7 @@ class SensedScans:
             shown = on_wall_lines(placed(scan, beams, state, settings.scan), noise)
             seen, masked = seen_surfaces(shown, state), masked_beams(scan, settings.scan)
             returns, moving = find_movers(self._moving, scan, noise, seen, state, settings.movers)
-            moves = returns.kinds == MOVES
+            moves, in_view = returns.kinds == MOVES, seen
             if moves.any():
                 # what moves is no wall, and hides those behind it
                 of_movers = of_each_beam(moves, shown, missing=False)
@@ -125,12 +130,13 @@ class SensedScans:
             self._judged.append((reason, local))
             if not reason:
                 self.movers, self._moving = returns.movers, moving
+                self._coverage, self.unseen = with_view(self._coverage, in_view, state, settings.robot.radius)
                 self._keep(shown, seen, returns)
 
     def _keep(self, scan: Scan, seen: SeenSurfaces, returns: SortedReturns) -> None:
         if self._scans and scan.stamp <= self._scans[-1][0].stamp:
             self._scans.clear()
-        self._scans.append((scan, seen, returns))
+        self._scans.append((scan, seen, returns, self.unseen))
         while self._scans[0][0].stamp < scan.stamp - self._span:
             self._scans.popleft()
 
@@ -156,19 +162,19 @@ class SensedScans:
         found, mapping = self._newest(after, until), local_mapping_of(settings)
         if found is None:
             return None
-        scan, state, seen, returns = found
+        scan, state, seen, returns, unseen = found
         for made, by in self._mapped:
             if made.scan is scan and by == mapping:
                 return made
-        made = PlacedScan(scan, state, map_of_surfaces(seen, state, settings.robot, mapping, returns))
+        made = PlacedScan(scan, state, map_of_surfaces(seen, state, settings.robot, mapping, returns, unseen))
         self._mapped.append((made, mapping))
         return made
 
-    def _newest(self, after: float, until: float) -> tuple[Scan, State, SeenSurfaces, SortedReturns] | None:
-        for scan, seen, returns in reversed(self._scans):
+    def _newest(self, after: float, until: float) -> tuple[Scan, State, SeenSurfaces, SortedReturns, Unseen] | None:
+        for scan, seen, returns, unseen in reversed(self._scans):
             state = self._poses.at(scan.stamp) if after < scan.stamp <= until else None
             if state is not None:
-                return scan, state, seen, returns
+                return scan, state, seen, returns, unseen
         return None
 
     def pose_at(self, stamp: float) -> State | None:

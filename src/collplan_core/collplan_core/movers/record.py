@@ -1,6 +1,7 @@
 """The bodies that move around the robot, as discs, and what each of them can reach."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -73,3 +74,25 @@ class SortedReturns:
 NO_MOVERS = Movers(-np.inf, np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
 ALL_STANDS = SortedReturns(np.zeros(0, int), NO_MOVERS, np.zeros((0, 3)), np.zeros((0, 3)))
 """Sorted returns of a scan in which everything stands."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unseen:
+    """Places around the robot that the newest scan has out of view, and no earlier one saw.
+
+    Attributes:
+        stamp: stamp of that scan [s].
+        places: (k, 2) middles of these cells, within coverage.REACH [m].
+        edges: (e, 2) those of them that lie beside a place seen to be free [m].
+        blind: angle that the scan leaves out, all gaps wide enough together [rad].
+        faces: direction opposite to the middle of the widest gap, seen from the robot [rad]; NaN without a gap.
+    """
+
+    stamp: float = -math.inf
+    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    blind: float = 0.0
+    faces: float = math.nan
+
+
+ALL_SEEN = Unseen()

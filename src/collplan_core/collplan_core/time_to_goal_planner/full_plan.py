@@ -49,7 +49,7 @@ def roll(problem: Problem, initial: Motion, commands: np.ndarray, n: int) -> Ful
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, commands[k, 0], commands[k, 1])
         states[k + 1, 0], states[k + 1, 1] = motion.x, motion.y
         states[k + 1, 2], states[k + 1, 3] = motion.vx, motion.vy
-        if len(problem.movers) > 0:
+        if len(problem.movers) + len(problem.trails) > 0:
             cost += mover_cost(problem.movers, problem.trails, (k + 1) * CONTROL_INTERVAL, CONTROL_INTERVAL, motion)
         costs[k + 1] = costs[k] + cost
         if problem.stop_test and k + 1 == STOP_TEST_INTERVAL:

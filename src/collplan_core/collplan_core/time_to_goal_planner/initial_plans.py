@@ -105,7 +105,7 @@ def _roll_on(
         motion, course, contact = step(clearance, source, grid, model, before, course)
         if contact.kind != NO_CONTACT:
             cost += contact_cost(costs, contact)
-        if len(movers) > 0:
+        if len(movers) + len(trails) > 0:
             cost += mover_cost(movers, trails, (k + 1) * STEP, STEP, motion)
         if is_there(goal, motion):
             arrival = (k + arrival_share(goal, before, motion)) * STEP

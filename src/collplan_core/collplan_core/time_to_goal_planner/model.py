@@ -111,7 +111,7 @@ class Problem(NamedTuple):
         free: (nx, ny) where the disc's centre was seen to be free.
         paths: shortest paths to the goal.
         stop_test: whether the robot must be able to brake within what it has seen.
-        movers: (k, 6) discs of `mover_cost` when the plan begins; trails: (h, 3) its trails.
+        movers: (k, 6) discs of `mover_cost` when the plan begins; trails: (h, 4) its trails.
     """
 
     clearance: np.ndarray
@@ -150,11 +150,11 @@ def problem_of(
     paths: ShortestPaths,
     settings: Settings,
     yaw: float = 0.0,
-    movers: tuple[np.ndarray, np.ndarray] = (np.zeros((0, 6)), np.zeros((0, 3))),
+    movers: tuple[np.ndarray, np.ndarray] = (np.zeros((0, 6)), np.zeros((0, 4))),
 ) -> Problem:
     """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy.
 
-    The robot holds its yaw [rad]. `movers` are the discs (k, 6) and the trails (h, 3) of `mover_cost`.
+    The robot holds its yaw [rad]. `movers` are the discs (k, 6) and the trails (h, 4) of `mover_cost`.
     """
     tolerance = ARRIVAL_SHARE * paths.tolerance
     stops = settings.planner.stop_at_goal

@@ -1,12 +1,17 @@
-"""Cost of being where a mover is expected: a plan goes round behind it, waits, or leaves the place to it."""
+"""Cost of being where a mover is expected: a plan goes round behind it, waits, or leaves the place to it.
+
+What no scan has had in view costs as the way does on which a mover came.
+"""
 
 import math
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.movers.record import SortedReturns
+from collplan_core.local_map.record import LocalMap
+from collplan_core.movers.coverage import CELL
 from collplan_core.parameters import Settings
+from collplan_core.strategies import is_careful
 from collplan_core.time_to_goal_planner.dynamics import Motion
 
 RATE = 20.0
@@ -17,6 +22,10 @@ WALKING = 0.2
 """What is slower is given less space to grow into, and none at rest, or a gap beside it would be closed [m/s]."""
 TRAIL_RATE = 1.5
 """The same for the way on which it came: who walks to and fro comes back."""
+ENTERED, CREPT_INTO = 0.7, 4.0
+"""What was out of view costs so many times as much, and where the robot only creeps into it."""
+EACH, AROUND = 4, 0.15
+"""Inside of what was out of view one in so many cells along each axis counts, and so far around it [m]."""
 FORESEEN, FORGOTTEN = 1.0, 2.0
 """Up to the first time a prediction counts in full, from the second one on not at all [s]."""
 
@@ -26,7 +35,7 @@ def mover_cost(movers: np.ndarray, trails: np.ndarray, time: float, span: float,
     """Cost of a span of time that ends with a motion [s].
 
     Args:
-        movers: (k, 6), and `trails` (h, 3), of `discs_and_trails`.
+        movers: (k, 6), and `trails` (h, 4), of `discs_and_trails`.
         time: end of the span, from the beginning of the plan [s]; span: its length [s].
         motion: the robot then.
     """
@@ -44,19 +53,36 @@ def mover_cost(movers: np.ndarray, trails: np.ndarray, time: float, span: float,
         dx, dy, reach = trails[k, 0] - motion.x, trails[k, 1] - motion.y, trails[k, 2]
         square = dx * dx + dy * dy
         if square < reach * reach:
-            deepest = max(deepest, 1.0 - math.sqrt(square) / reach)
+            deepest = max(deepest, trails[k, 3] * (1.0 - math.sqrt(square) / reach))
     return cost + weight * TRAIL_RATE * span * deepest
 
 
-def discs_and_trails(returns: SortedReturns, now: float, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+def discs_and_trails(local_map: LocalMap, now: float, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     """What a plan that begins at `now` [s] keeps clear of.
 
     Returns:
         (k, 6) of each mover x, y [m], vx, vy [m/s], distance [m] to keep between its centre and the robot's, and its
-        growth [m/s]; (h, 3) of the ways on which they came x, y and distance to keep [m].
+        growth [m/s]; (h, 4) of the ways on which they came, and of what was out of view, x, y, distance to keep [m],
+        and weight.
     """
-    discs, trails = returns.movers.rows_at(now), returns.trails.copy()
-    discs[:, 4] += settings.robot.radius + settings.movers.clearance
+    returns, radius = local_map.returns, settings.robot.radius
+    discs, trails = returns.movers.rows_at(now), np.column_stack([returns.trails, np.ones(len(returns.trails))])
+    discs[:, 4] += radius + settings.movers.clearance
     discs[:, 5] *= np.minimum(1.0, np.hypot(discs[:, 2], discs[:, 3]) / WALKING)
-    trails[:, 2] += settings.robot.radius
-    return discs, trails
+    trails[:, 2] += radius
+    return discs, np.vstack([trails, _unseen_discs(local_map, settings)])
+
+
+def _unseen_discs(local_map: LocalMap, settings: Settings) -> np.ndarray:
+    """(u, 4) rows of trails that cover what was out of view as far as the robot gets while they count."""
+    reach, radius = FORGOTTEN * settings.robot.max_speed, settings.robot.radius
+    weight = CREPT_INTO if is_careful(settings.planner.strategy) else ENTERED
+    edges, inner = (
+        places[np.hypot(*(places - local_map.position).T) < reach]
+        for places in (local_map.unseen.edges, local_map.unseen.places)
+    )
+    inner = inner[(np.rint(inner / CELL) % EACH == 0.0).all(axis=1)]
+    apart = np.hypot(*np.moveaxis(inner[:, None] - edges, -1, 0)).min(axis=1, initial=np.inf)
+    inner = inner[apart > AROUND]
+    around = np.repeat((0.5 * CELL, AROUND), (len(edges), len(inner))) + radius
+    return np.column_stack([np.vstack([edges, inner]), around, np.full(len(around), weight)])

@@ -118,7 +118,7 @@ def plan_cycle(
     if way is None:
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
     remembered, paths, _ = way
-    movers = discs_and_trails(local_map.returns, state.stamp, settings)
+    movers = discs_and_trails(local_map, state.stamp, settings)
     problem = problem_of(remembered.field, remembered.free, paths, settings, state.yaw, movers)
     initial = _initial_motion(problem, state, memory.expected, settings.mocap)
     carried_on = _carried_on(problem, initial, memory, state.stamp)

@@ -135,7 +135,7 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
         ux, uy = within(bounds, ux, uy)
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         total += cost
-        if len(problem.movers) > 0:
+        if len(problem.movers) + len(problem.trails) > 0:
             total += mover_cost(problem.movers, problem.trails, (k + 1) * CONTROL_INTERVAL, CONTROL_INTERVAL, motion)
         new_commands[k, 0], new_commands[k, 1] = ux, uy
         new_states[k + 1, 0], new_states[k + 1, 1] = motion.x, motion.y

@@ -1,5 +1,6 @@
 """Entry point of bringup: starts a robot and its nodes, gives the goal, monitors the run, and writes the run folder."""
 
+import math
 import shlex
 import signal
 import sys
@@ -13,6 +14,8 @@ import numpy as np
 
 from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
+from collplan_core.parameters import Settings
+from collplan_core.strategies import is_careful
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.failures import (
@@ -142,6 +145,8 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
             if bringup.lidar_place:
                 say(bringup.lidar_place)
             wait_until_ready(graph)
+            if graph.recorder.blind > 0.0:
+                say(_blindness(graph.recorder.blind, bringup.preparation.settings))
             if options.view:
                 address = graph.recorder.status(VIEWER).message.partition(",")[0]
                 say(f"\n    watch it in a browser on this machine:   {address}\n")
@@ -170,6 +175,14 @@ def _announcement(preparation: Preparation) -> str:
         f"{speed}world {settings.simulator.world}, strategy {settings.planner.strategy}, "
         f"seed {settings.simulator.seed}, goal ({goal[0]:g}, {goal[1]:g}); starting {', '.join(preparation.programs)}"
     )
+
+
+def _blindness(blind: float, settings: Settings) -> str:
+    """Returns what a LIDAR that leaves out an angle [rad] means for the run."""
+    slow = "slowly" if is_careful(settings.planner.strategy) else "at any speed"
+    turns = "true" if settings.controller.turns_to_look else "false"
+    found = f"the LIDAR sees nothing in {math.degrees(blind):.0f} of 360 degrees"
+    return f"{found}: what no scan showed is entered {slow}; controller.turns_to_look is {turns}"
 
 
 def _conclusion(result: RunResult) -> str:

@@ -16,6 +16,8 @@ from std_msgs.msg import String
 from collplan_core.clock_steps import SendTimes
 from collplan_core.command import STANDING
 from collplan_core.command import STOPPED as STANDS
+from collplan_core.loop.mover_guard import OUT_OF_VIEW
+from collplan_core.movers.coverage import blind_angle
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
@@ -57,8 +59,9 @@ class Recorder:
         robot_waits: reason why the robot stands, and how to release it; empty while it is free or has not reported.
         emergency_stop: reason why the robot's emergency stop is latched; empty while it is not.
         held: reason why the robot is held; empty while it is not.
-        standing: reason why the controller commands the robot to stand; empty while it moves it.
+        standing: reason why the controller commands the robot to stand, or to creep; empty while it moves it.
         scan_came: whether a usable scan was received.
+        blind: angle that the first usable scan leaves out [rad].
         scan_refused: reason of the newest refusal of a scan; empty before the first.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
         maneuver: the newest maneuver.
@@ -82,7 +85,7 @@ class Recorder:
         self.goal: GoalReport | None = None
         self.robot: dict[str, str] = {}
         self.robot_waits = self.emergency_stop = self.held = self.standing = ""
-        self.scan_came = False
+        self.scan_came, self.blind = False, 0.0
         self.scan_refused = ""
         self.lateness = 0.0
         self.maneuver = STANDS
@@ -191,7 +194,8 @@ class Recorder:
         self.held = values.get("reason", message.message) if state == HELD else ""
 
     def _take_controller_state(self, message: DiagnosticStatus, _: float) -> None:
-        self.standing = message.message if values_of(message).get("maneuver") in STANDING else ""
+        stands = values_of(message).get("maneuver") in STANDING or OUT_OF_VIEW in message.message
+        self.standing = message.message if stands else ""
 
     def _take_goal_status(self, message: GoalStatus, sent: float) -> None:
         if sent >= self._asked:
@@ -205,8 +209,8 @@ class Recorder:
         if self.scan_came:
             return
         try:
-            used_scan(scan_from_message(message, self._base, self._scan_input), self._scan_input)
-            self.scan_came = True
+            scan = used_scan(scan_from_message(message, self._base, self._scan_input), self._scan_input)
+            self.scan_came, self.blind = True, blind_angle(scan)
         except ScanError as error:
             self.scan_refused = str(error)
 
