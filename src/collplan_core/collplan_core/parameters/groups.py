@@ -229,7 +229,7 @@ class Mocap(Parameters):
     max_spin: float = parameter(9.0, "Fastest turn that still counts as motion, as after an oblique hit", unit="rad/s", low=1.0, high=30.0)
     yaw_margin: float = parameter(0.2, "Turn beyond max_spin times the silence that still counts as motion", unit="rad", low=0.02, high=0.5)
     max_tilt: float = parameter(radians(15.0), "Largest angle between the body's z axis and the vertical; pi is any", unit="rad", low=0.02, high=pi)
-    max_lift: float = parameter(0.05, "Largest difference in height from the first accepted pose; 100 is any", unit="m", low=0.005, high=100.0)
+    max_lift: float = parameter(0.05, "Largest height off the plane through the poses so far, which may be tilted by 5 degrees; 100 is any", unit="m", low=0.005, high=100.0)
     publish_tf: bool = parameter(False, "Broadcast the transform from map to base_link; requires tf2_msgs")
     format: str = parameter("pose", "Messages of the motion capture's receiver", choices=("pose", "pose_with_covariance", "odometry", "transform", "tf", "named_poses", "rigid_bodies", "vicon"))
     topic: str = parameter("mocap/pose", "Topic of the motion capture's messages")

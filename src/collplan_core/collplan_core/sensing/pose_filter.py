@@ -28,14 +28,17 @@ from collplan_core.impact import Impact
 from collplan_core.parameters import Limits, Mocap, Settings
 from collplan_core.sensing.impact_detection import IMPACT_REACH, FittedImpact, detected_impact, top_speed
 from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
-from collplan_core.sensing.pose_track import FittedMotion, track_law, with_pose, with_pose_judged
-from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor
+from collplan_core.sensing.pose_track import BURST, FittedMotion, track_law, with_pose, with_pose_judged
+from collplan_core.sensing.six_degrees import NO_FLOOR, TILT, YAW, Floor, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
 CERTAIN = 4.0
 """Noise of the velocity that is allowed for, in mocap.position_noise over mocap.velocity_window."""
 MISTAKEN = 2.0
 """Multiple of the largest speed that no single wrong pose makes: the stamps are wrong, and so is what follows."""
+EARLY, FADES, RESTS = 0.9, 0.8, 1.5
+"""A pose that equals the last counts once so much of the longest time between new ones is over; what remains of that at
+each new one; and a longer silence, in limits.pose_age, is a robot that stood."""
 SAME_HIT_ANGLE = math.radians(45.0)
 """Largest angle between the two changes of velocity that one hit was found as [rad]; two walls in turn turn further."""
 
@@ -101,6 +104,9 @@ class Track:
         begun: stamp of the first pose, also where that is no longer kept [s].
         received: local time at which the newest pose was received [s].
         newest: the newest pose; None before the first.
+        burst: stamp of the newest pose that came in a burst [s].
+        renewed: time between the last two poses that differed [s].
+        changed: stamp of the last one that did [s].
     """
 
     times: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -108,6 +114,9 @@ class Track:
     begun: float = math.nan
     received: float = math.nan
     newest: PoseSample | None = None
+    burst: float = -math.inf
+    renewed: float = 0.0
+    changed: float = math.nan
 
 
 NO_TRACK = Track()
@@ -122,7 +131,7 @@ class FilterMemory:
         suspects: track of refused poses that may turn out to be a relocation.
         suspected: reason why the first of them was refused.
         impact: the last impact found in the track, None before the first.
-        floor: height of the first pose taken [m]; None before it.
+        floor: the plane on which the robot drives.
         heard: local time of receipt of the newest pose on the floor, refused or not [s].
         mistrusted: local time until which no velocity is believed, after one that cannot be [s].
         unseen: whether none arrived for mocap.relocation_time since the last accepted one: the robot may have turned.
@@ -132,7 +141,7 @@ class FilterMemory:
     suspects: Track = NO_TRACK
     suspected: str = ""
     impact: Impact | None = None
-    floor: float | None = None
+    floor: Floor = NO_FLOOR
     heard: float = math.inf
     mistrusted: float = -math.inf
     unseen: bool = False
@@ -146,7 +155,7 @@ class FilterResult:
     """The result of filtering one pose.
 
     Attributes:
-        state: None when the pose was refused, or while the first window fills.
+        state: None when the pose was refused or left out, or while the first window fills.
         impact: an impact, once, when it is found; else None.
         refused: reason of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap, yaw or speed.
         relocated: whether the robot is somewhere else now; plans are then invalid.
@@ -172,14 +181,17 @@ def filter_pose(
     """Filters one pose that was received at a local time [s]; uses settings.robot, .mocap and .limits.pose_age."""
     if not _is_finite(sample):
         return FilterResult(None, refused=NOT_FINITE), memory
-    off_floor = why_off_floor(
-        sample.tilt, 0.0 if memory.floor is None else sample.height - memory.floor, settings.mocap
-    )
+    x, y = sample.position.tolist()
+    off_floor = why_off_floor(sample.tilt, memory.floor.lift(x, y, sample.height), settings.mocap)
+    if (off_floor == TILT and _is_momentary(memory.track, sample, settings.mocap)) or _is_repeated(
+        memory.track, sample
+    ):
+        return FilterResult(None), memory
     if off_floor:
         # in the air it may be turned, as where nothing is seen of it
         return FilterResult(None, refused=off_floor), replace(memory, suspects=NO_TRACK)
-    if memory.floor is None:
-        memory = replace(memory, floor=sample.height)
+    if memory.floor.is_new(x, y):
+        memory = replace(memory, floor=memory.floor.with_height(x, y, sample.height))
     refused = _disagreement(memory.track, sample, received, settings)
     goes_on = _goes_on(memory.suspects, sample, received, settings)
     leapt = goes_on and memory.suspected == LEAP
@@ -225,13 +237,14 @@ def _accepted(
     if _begins_anew(track, sample, settings.limits):
         track = Track(begun=sample.stamp)
     x, y = sample.position.tolist()
-    law = track_law(settings.robot, settings.mocap)
+    law, burst = track_law(settings.robot, settings.mocap), _newest_burst(track, sample, settings.mocap)
+    before = track.begun, sample.stamp - burst < settings.mocap.relocation_time
     times, poses, fit, slope = with_pose_judged(
-        track.times, track.poses, track.begun, sample.stamp, x, y, sample.yaw, (*law[:-1], tuple(law.impacts))
+        track.times, track.poses, before, sample.stamp, x, y, sample.yaw, (*law[:-1], tuple(law.impacts))
     )
     impact, motion = detected_impact(FittedImpact(*fit), settings.robot.radius), FittedMotion(*slope)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
-    track = Track(times, poses, track.begun, received, sample)
+    track = Track(times, poses, track.begun, received, sample, burst, *_renewal(track, sample, settings.limits))
     taken = FilterMemory(
         track, impact=impact or memory.impact, floor=memory.floor, heard=received, mistrusted=memory.mistrusted
     )
@@ -250,6 +263,35 @@ def _accepted(
 def _is_finite(sample: PoseSample) -> bool:
     values = sample.stamp, *sample.position.tolist(), sample.yaw, sample.height, sample.tilt
     return all(map(math.isfinite, values))
+
+
+def _is_momentary(track: Track, sample: PoseSample, mocap: Mocap) -> bool:
+    """Returns whether poses have been wrong for so short that the robot is known all the same, as while it shakes."""
+    return track.newest is not None and 0.0 < sample.stamp - track.newest.stamp <= mocap.velocity_window
+
+
+def _equals_newest(track: Track, sample: PoseSample) -> bool:
+    newest = track.newest
+    return newest is not None and (*sample.position, sample.yaw) == (*newest.position, newest.yaw)
+
+
+def _is_repeated(track: Track, sample: PoseSample) -> bool:
+    """Returns whether a pose that equals the last was sent before the next was measured, as by a driver that polls."""
+    return _equals_newest(track, sample) and 0.0 < sample.stamp - track.changed < EARLY * track.renewed
+
+
+def _renewal(track: Track, sample: PoseSample, limits: Limits) -> tuple[float, float]:
+    """`renewed` and `changed` of a track that goes on with a pose."""
+    if _equals_newest(track, sample):
+        return track.renewed, track.changed
+    since = sample.stamp - track.changed
+    return max(since, FADES * track.renewed) if since <= RESTS * limits.pose_age else track.renewed, sample.stamp
+
+
+def _newest_burst(track: Track, sample: PoseSample, mocap: Mocap) -> float:
+    """Stamp of the newest pose that came in a burst [s]."""
+    last = float(track.times[-1]) if len(track.times) else -math.inf
+    return sample.stamp if sample.stamp - last < BURST * mocap.velocity_window else track.burst
 
 
 def _is_same_hit(impact: Impact | None, last: Impact | None, mocap: Mocap) -> bool:

@@ -15,6 +15,11 @@ from collplan_core.sensing.impact_detection import IMPACT_SPAN, NO_IMPACT, Impac
 
 FEWEST = 3
 """Poses that a first velocity needs."""
+BURST = 0.03
+"""Poses nearer than this to the first of a burst are one pose with it, in velocity windows: the newest alone is of the
+time at which they were stamped."""
+PAUSE = 3.0
+"""Silence after which a burst may have begun, in mean intervals of the poses before: its first pose is old."""
 
 
 class TrackLaw(NamedTuple):
@@ -69,19 +74,21 @@ def with_pose(
     # at a low rate the window alone would not hold the poses a line needs
     first = max(min(first, len(times) - FEWEST + 1), 0)
     n = len(times) - first
+    yaw_before = poses[-1, 2] if len(times) else yaw
+    if n > 0 and stamp - times[-1] < BURST * law.velocity_window:
+        n, stamp = n - 1, times[-1]
     new_times, new_poses = np.empty(n + 1), np.empty((n + 1, 3))
-    new_times[:n] = times[first:]
-    new_poses[:n] = poses[first:]
-    if n > 0:
-        last = new_poses[n - 1, 2]
-        yaw = last + (yaw - last + math.pi) % math.tau - math.pi
+    new_times[:n] = times[first : first + n]
+    new_poses[:n] = poses[first : first + n]
+    if len(times):
+        yaw = yaw_before + (yaw - yaw_before + math.pi) % math.tau - math.pi
     new_times[n], new_poses[n, 0], new_poses[n, 1], new_poses[n, 2] = stamp, x, y, yaw
     return new_times, new_poses
 
 
 @njit
 def with_pose_judged(
-    times: np.ndarray, poses: np.ndarray, begun: float, stamp: float, x: float, y: float, yaw: float, law_fields: tuple
+    times: np.ndarray, poses: np.ndarray, track: tuple, stamp: float, x: float, y: float, yaw: float, law_fields: tuple
 ) -> tuple[np.ndarray, np.ndarray, tuple, tuple]:
     """A track with one more pose, and what it shows then.
 
@@ -93,14 +100,18 @@ def with_pose_judged(
 
     Args:
         times, poses: the track so far.
-        begun: stamp of its first pose, also where that is no longer kept [s].
+        track: stamp of its first pose, also where that is no longer kept [s], and whether poses come in bursts.
         stamp, x, y, yaw: the pose [s, m, rad].
         law_fields: fields of a TrackLaw, and in it of an ImpactLaw.
     """
     kept, velocity_window, slack, finds_impacts, impact_fields = law_fields
     law = TrackLaw(kept, velocity_window, slack, finds_impacts, ImpactLaw(*impact_fields))
+    begun, bursts = track
     times, poses = with_pose(times, poses, stamp, x, y, yaw, law)
-    impact = find_impact(times, poses, law.impacts) if law.finds_impacts else NO_IMPACT
+    # the burst that goes on shows where the robot was, stamped now
+    judged = len(times) - (1 if bursts or _is_after_a_pause(times) else 0)
+    may_be_one = law.finds_impacts and judged >= FEWEST and times[-1] == stamp
+    impact = find_impact(times[:judged], poses[:judged], law.impacts) if may_be_one else NO_IMPACT
     if impact.score > 0.0:
         # in the place of the last pose before it; the arrays belong to this call alone
         first = impact.first_after - 1
@@ -112,6 +123,12 @@ def with_pose_judged(
     found = impact.score, impact.first_after, impact.time, impact.x, impact.y
     change = impact.before_x, impact.before_y, impact.change_x, impact.change_y
     return times, poses, (*found, *change), (motion.vx, motion.vy, motion.yaw_rate, motion.delay, motion.spread)
+
+
+@njit
+def _is_after_a_pause(times: np.ndarray) -> bool:
+    n = len(times)
+    return n > FEWEST and times[-1] - times[-2] > PAUSE * (times[-2] - times[0]) / (n - 2)
 
 
 @njit

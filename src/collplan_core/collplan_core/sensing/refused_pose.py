@@ -52,7 +52,7 @@ def why_refused(reason: str, sample: PoseSample, before: FilterMemory, settings:
         return f"turned by {turned:.0f} degrees within {silence:.3f} s, {limit}"
     if reason == SPEED:
         return _too_fast(sample, before, settings, shown)
-    lift = sample.height - (before.floor or 0.0)
+    lift = before.floor.lift(*sample.position.tolist(), sample.height)
     return f"{lift:.3f} m off the floor, expected at most {mocap.max_lift:g} (mocap.max_lift): mocap.axes, mocap.units?"
 
 

@@ -5,10 +5,63 @@ rolls along the wall. Simulated hits reach 5 rad/s. Nothing on a floor lifts or 
 """
 
 import math
+from typing import NamedTuple
 
 from collplan_core.parameters import Mocap
 
 YAW, TILT, HEIGHT = "yaw", "tilt", "height"
+
+
+STEEPEST, STEEPNESS, ROUGH, APART = math.radians(5.0), 0.03, 0.005, 0.05
+"""Largest tilt of a motion capture's axes against the floor and its deviation [rad], of a height [m], and the distance
+between the poses that are fitted [m]: a robot at rest shows no tilt."""
+
+
+class Floor(NamedTuple):
+    """The plane on which a robot drives, fitted to the heights of poses on it.
+
+    Attributes:
+        n: number of poses; x, y, z: their means [m].
+        xx, xy, yy, xz, yz: sums of the products of what they are off the means [m^2].
+        last_x, last_y: the newest of them [m].
+    """
+
+    n: int
+    x: float
+    y: float
+    z: float
+    xx: float
+    xy: float
+    yy: float
+    xz: float
+    yz: float
+    last_x: float
+    last_y: float
+
+    def lift(self, x: float, y: float, height: float) -> float:
+        """Returns how far a height [m] at x, y [m] is above the plane [m]; 0 before the first."""
+        if self.n == 0:
+            return 0.0
+        stiff = (ROUGH / STEEPNESS) ** 2
+        a, b, c = self.xx + stiff, self.xy, self.yy + stiff
+        slope_x, slope_y = (c * self.xz - b * self.yz) / (a * c - b * b), (a * self.yz - b * self.xz) / (a * c - b * b)
+        share = min(1.0, math.tan(STEEPEST) / max(math.hypot(slope_x, slope_y), 1e-9))
+        return height - self.z - share * (slope_x * (x - self.x) + slope_y * (y - self.y))
+
+    def is_new(self, x: float, y: float) -> bool:
+        """Returns whether a pose at x, y [m] is to be fitted."""
+        return self.n == 0 or math.hypot(x - self.last_x, y - self.last_y) >= APART
+
+    def with_height(self, x: float, y: float, z: float) -> "Floor":
+        """The plane with one more pose on it [m]."""
+        n, dx, dy, dz = self.n + 1, x - self.x, y - self.y, z - self.z
+        w = self.n / n
+        means = self.x + dx / n, self.y + dy / n, self.z + dz / n
+        sums = self.xx + w * dx * dx, self.xy + w * dx * dy, self.yy + w * dy * dy
+        return Floor(n, *means, *sums, self.xz + w * dx * dz, self.yz + w * dy * dz, x, y)
+
+
+NO_FLOOR = Floor(0, *(0.0,) * 10)
 
 
 def tilt_of(quaternion: tuple[float, ...]) -> float:

@@ -186,6 +186,9 @@ class MocapNode(GraphNode):
         if result.refused:
             self._refuse(result.refused, why_refused(result.refused, sample, before, self._settings, result.speed))
             return
+        if self._memory.track is before.track:
+            self._counts["left_out"] += 1
+            return
         self._poses_clock.received(sample.stamp, received)
         if len(before.track.times):
             self._longest_gap = max(self._longest_gap, sample.stamp - float(before.track.times[-1]))
