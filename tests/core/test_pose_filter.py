@@ -132,6 +132,21 @@ def test_no_false_hit_in_hard_driving():
         assert not any(r.refused for r in results), deviation
 
 
+def test_what_a_robot_has_shown_is_no_hit_and_its_hits_are():
+    """One that starts and brakes at 4 m/s^2 where 1.5 was told, at 50 Hz."""
+    time = 0.02 * np.arange(1000)
+    speed = np.interp(time % 4.0, (0.0, 0.3, 1.5, 1.8, 4.0), (0.0, 1.2, 1.2, 0.0, 0.0))
+    along = 0.02 * np.cumsum(np.where(time % 8.0 < 4.0, speed, -speed))
+    points = noisy(np.column_stack([along, 0.0 * along]), 1, 0.0002)
+    config = SETTINGS.with_values({"mocap.position_noise": 0.0002})
+    results, memory = feed(points, config=config, period=0.02)
+    assert not [result.impact for result in results[200:] if result.impact]
+    assert 3.0 < memory.shown.most < 4.3
+    back = points[-1] + np.concatenate([0.02 * line(30, (50.0, 0.0)), [[0.3, 0.0]] - 0.02 * line(30, (40.0, 0.0))])
+    results, _ = feed(back, memory, begin=20.0, config=config, period=0.02)
+    assert len([result.impact for result in results if result.impact]) == 1
+
+
 def hits_found(change, deviation, seed):
     points, hits = driven(40.0, seed, change)
     config = SETTINGS.with_values({"mocap.position_noise": deviation})

@@ -103,7 +103,7 @@ def test_what_is_no_pose_goes_nowhere_and_is_said_with_its_reason(ros, bench):
     bench.drive(5.0, 10, (0.1, 0.1), CREEP)
     assert ros.wait_until(lambda: len(bench.odometry) == 4)
     for _, fields in BROKEN:
-        message = pose_to_message(PoseSample(5.1, np.array([0.1, 0.1]), 0.0), "map")
+        message = pose_to_message(PoseSample(5.2, np.array([0.1, 0.1]), 0.0), "map")
         for path, value in fields.items():
             part, name = path.split(".")
             setattr(getattr(message.pose, part), name, value)

@@ -81,14 +81,14 @@ def top_speed(robot: Robot) -> float:
     return SPEED_ALLOWANCE * robot.fastest
 
 
-def impact_law(robot: Robot, mocap: Mocap) -> ImpactLaw:
-    """The law for a robot and the motion capture that measures it."""
+def impact_law(robot: Robot, mocap: Mocap, shown: float = 0.0) -> ImpactLaw:
+    """The law for a robot, the motion capture that measures it, and the acceleration that it has shown [m/s^2]."""
+    largest = max(robot.max_acceleration, shown)
     # accelerations that swing within the window are no parabola
-    noise = math.hypot(mocap.position_noise, robot.max_acceleration * mocap.impact_window**2 / 4)
+    noise = math.hypot(mocap.position_noise, largest * mocap.impact_window**2 / 4)
     # what the wheels can make by swinging from one extreme to the other
-    least = max(mocap.impact_speed, 2.0 * robot.max_acceleration * mocap.impact_window)
-    deviation = ACCELERATION_SHARE * robot.max_acceleration
-    return ImpactLaw(mocap.impact_window, least, noise, deviation, top_speed(robot))
+    least = max(mocap.impact_speed, 2.0 * largest * mocap.impact_window)
+    return ImpactLaw(mocap.impact_window, least, noise, ACCELERATION_SHARE * largest, top_speed(robot))
 
 
 class FittedImpact(NamedTuple):

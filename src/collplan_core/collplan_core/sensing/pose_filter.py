@@ -29,6 +29,7 @@ from collplan_core.parameters import Limits, Mocap, Settings
 from collplan_core.sensing.impact_detection import IMPACT_REACH, FittedImpact, detected_impact, top_speed
 from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
 from collplan_core.sensing.pose_track import BURST, FittedMotion, track_law, with_pose, with_pose_judged
+from collplan_core.sensing.shown_acceleration import NOTHING_SHOWN, Shown
 from collplan_core.sensing.six_degrees import NO_FLOOR, TILT, YAW, Floor, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
@@ -132,6 +133,7 @@ class FilterMemory:
         suspected: reason why the first of them was refused.
         impact: the last impact found in the track, None before the first.
         floor: the plane on which the robot drives.
+        shown: accelerations that it has shown.
         heard: local time of receipt of the newest pose on the floor, refused or not [s].
         mistrusted: local time until which no velocity is believed, after one that cannot be [s].
         unseen: whether none arrived for mocap.relocation_time since the last accepted one: the robot may have turned.
@@ -142,6 +144,7 @@ class FilterMemory:
     suspected: str = ""
     impact: Impact | None = None
     floor: Floor = NO_FLOOR
+    shown: Shown = NOTHING_SHOWN
     heard: float = math.inf
     mistrusted: float = -math.inf
     unseen: bool = False
@@ -237,7 +240,8 @@ def _accepted(
     if _begins_anew(track, sample, settings.limits):
         track = Track(begun=sample.stamp)
     x, y = sample.position.tolist()
-    law, burst = track_law(settings.robot, settings.mocap), _newest_burst(track, sample, settings.mocap)
+    law = track_law(settings.robot, settings.mocap, memory.shown.most)
+    burst = _newest_burst(track, sample, settings.mocap)
     before = track.begun, sample.stamp - burst < settings.mocap.relocation_time
     times, poses, fit, slope = with_pose_judged(
         track.times, track.poses, before, sample.stamp, x, y, sample.yaw, (*law[:-1], tuple(law.impacts))
@@ -245,8 +249,17 @@ def _accepted(
     impact, motion = detected_impact(FittedImpact(*fit), settings.robot.radius), FittedMotion(*slope)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
     track = Track(times, poses, track.begun, received, sample, burst, *_renewal(track, sample, settings.limits))
+    shown = memory.shown.anew()
+    if impact is None and not math.isnan(motion.vx):
+        deviation = settings.mocap.position_noise / math.sqrt(motion.spread)
+        shown = memory.shown.with_velocity(sample.stamp, motion.vx, motion.vy, deviation)
     taken = FilterMemory(
-        track, impact=impact or memory.impact, floor=memory.floor, heard=received, mistrusted=memory.mistrusted
+        track,
+        impact=impact or memory.impact,
+        floor=memory.floor,
+        shown=shown,
+        heard=received,
+        mistrusted=memory.mistrusted,
     )
     if math.isnan(motion.vx):
         return FilterResult(None, told), taken

@@ -39,10 +39,10 @@ class TrackLaw(NamedTuple):
     impacts: ImpactLaw
 
 
-def track_law(robot: Robot, mocap: Mocap) -> TrackLaw:
-    """The law for a robot and the motion capture that measures it."""
+def track_law(robot: Robot, mocap: Mocap, shown: float = 0.0) -> TrackLaw:
+    """The law for a robot, the motion capture that measures it, and the acceleration that it has shown [m/s^2]."""
     kept, slack = max(IMPACT_SPAN * mocap.impact_window, mocap.velocity_window), 0.05 * mocap.velocity_window
-    return TrackLaw(kept, mocap.velocity_window, slack, mocap.detect_impacts, impact_law(robot, mocap))
+    return TrackLaw(kept, mocap.velocity_window, slack, mocap.detect_impacts, impact_law(robot, mocap, shown))
 
 
 class FittedMotion(NamedTuple):
