@@ -96,6 +96,14 @@ def test_any_drive_is_learnt_within_ten_seconds_and_lies_in_its_interval(drive, 
         assert known.low - room <= true <= known.high + room
 
 
+def test_poses_that_come_seldom_are_learnt_from_too():
+    for every in (4, 10, 12):
+        robot = Robot(Drive(1.2, 0.12, 0.0), every)
+        learnt = robot.run(30.0, lambda now, at, every=every: at if round(now / STEP) % every == 0 else None)
+        assert robot.learner.driven > 25.0, every
+        assert learnt.max_acceleration.low < 1.2 < learnt.max_acceleration.high, every
+
+
 def test_intervals_cover_nine_of_ten_and_the_acceleration_is_within_2_per_cent():
     drawn = np.random.default_rng(3)
     errors, covered = [], []

@@ -17,8 +17,9 @@ from collplan_core.learning.drive import Drive, Learnt, LearntDrive
 
 WAIT, BEFORE, AFTER = 0.12, 0.11, 0.05
 """Poses are used so long after they were measured, and not so near to an impact, which is stamped late [s]."""
-GAP, FIRST, UNSCORED = 0.055, 6, 2
-"""Pause after which a new stretch begins [s], poses whose line gives its first velocity, and means without a score."""
+GAP, GAPS, FIRST, UNSCORED = 0.055, 3.0, 6, 2
+"""Pause after which a new stretch begins [s], or in mean intervals where poses come seldom, up to WAIT; poses whose
+line gives its first velocity, and means without a score."""
 MEAN_OF = 0.009
 """Poses are taken as their mean until they span so much [s]: two at 100 Hz. It halves the work."""
 OUTLIER, IN_A_ROW, MOST = 20.0, 3, 6.0
@@ -30,8 +31,8 @@ DEEPEST, FORGET, IDLE = 60.0, 20.0, 1e-3
 BEHIND, ROUSED = 25.0, 1.25
 """Score behind the best at which a model sleeps, and the misfit from which on all are awake: the drive has changed, or
 none is right."""
-NOISE_POSES, MISFIT_POSES = 150.0, 50.0
-"""Poses over which their noise is averaged, and means of them over which the misfit is."""
+NOISE_POSES, INTERVALS, MISFIT_POSES = 150.0, 20.0, 50.0
+"""Poses over which their noise is averaged, and their interval, and means of them over which the misfit is."""
 SPREADS = (0.45, 0.8, 0.03)
 """Standard deviations of the prior: of the logarithms of largest acceleration and lag, and of the delay [s]."""
 WIDER, LEAST = (1.8, 3.5, 2.0), (0.01, 0.02, 0.002)
@@ -82,7 +83,7 @@ class DriveLearner:
         self._waiting: deque[_Pose] = deque()
         self._recent: deque[_Pose] = deque(maxlen=4)
         self._newest, self._blocked = -math.inf, -math.inf
-        self._variance, self._misfit = pose_noise**2, 1.0
+        self._variance, self._misfit, self._interval = pose_noise**2, 1.0, 0.0
         self._end_stretch()
 
     def take_command(self, velocity: np.ndarray, now: float) -> None:
@@ -121,8 +122,11 @@ class DriveLearner:
 
     def _use(self, pose: _Pose) -> None:
         self._measure_noise(pose)
-        if pose.stamp - self._newest > GAP:
+        since = pose.stamp - self._newest
+        if since > max(GAP, min(GAPS * self._interval, WAIT)):
             self._end_stretch()
+        if since < WAIT:
+            self._interval += (since - self._interval) / INTERVALS
         self._newest = pose.stamp
         self._held.append(pose)
         if self._at is None:
