@@ -1,0 +1,195 @@
+"""What a recording shows of the parameters: each value found with its uncertainty, and what the motion did not show."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from collplan_core.mounting.driven import Driven
+from collplan_core.mounting.fit import MountFit, fit_mount
+from collplan_core.parameters import Mocap, Settings
+from collplan_core.scan import ScanError
+from collplan_core.sensing.mocap_body import robot_pose
+from collplan_core.sensing.pose_filter import PoseError, PoseSample
+from collplan_ros.inspect.recording import Recording
+from collplan_ros.inspect.stages import Stages
+from collplan_ros.messages.mocap_formats import FORMATS
+from collplan_ros.messages.reading import scan_from_message, seconds_from_stamp
+
+BEAMS, FARTHEST = 360, 8.0
+"""Beams of a scan that are compared at most, and the farthest range [m]."""
+AHEAD = 0.05
+"""Time by which scans may come before their stamps, as poses come, by the noise of receipt [s]."""
+BURST, BURSTS = 0.25, 0.2
+"""Poses that come within this share of the mean period, and the share of them that makes bursts."""
+SPAN = 0.2
+"""Time over which speeds are taken [s]."""
+TURN, WAY = "turn once at about 1 rad/s", "drive 2 m straight on"
+MOUNT = ("scan.stamp_offset", "scan.offset_x", "scan.offset_y", "scan.offset_yaw")
+
+
+@dataclass(frozen=True)
+class Found:
+    """A value of a parameter, and within what the truth lies in 95 of 100; None where it is a name or a choice."""
+
+    value: Any
+    uncertainty: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """Parameters found, and those that the motion did not show, each with the motion that would."""
+
+    found: dict[str, Found] = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The values alone."""
+        return {key: each.value for key, each in self.found.items()}
+
+
+def wiring(recording: Recording) -> dict[str, Found]:
+    """Topic, format and frames, which the recording itself names."""
+    found = {}
+    if recording.poses:
+        measured = FORMATS[recording.format].read(recording.poses[0][1], "")
+        found = {"mocap.format": Found(recording.format), "mocap.topic": Found(recording.topics.poses)}
+        if measured is not None and measured.frame:
+            found["mocap.frame"] = Found(measured.frame)
+    if recording.scans:
+        found["scan.frame"] = Found(str(recording.scans[0][1].header.frame_id))
+    return found
+
+
+def find(recording: Recording, settings: Settings, said: Callable[[float], None]) -> Findings:
+    """The findings of a recording whose wiring the settings have."""
+    findings, poses = Findings(wiring(recording)), _poses(recording, settings)
+    if len(poses) > 2:
+        _find_pose_stream(findings, recording, poses, settings.mocap)
+    if recording.scans and len(poses) > 2:
+        _find_mount(findings, recording, poses, settings, said)
+    return findings
+
+
+def _poses(recording: Recording, settings: Settings) -> list[PoseSample]:
+    found, read = [], FORMATS[recording.format].read
+    for received, message in recording.poses:
+        try:
+            measured = read(message, settings.mocap.subject)
+            if measured is not None:
+                found.append(robot_pose(measured, received, settings.mocap))
+        except PoseError:
+            continue  # the stages count it
+    return found
+
+
+def _find_pose_stream(findings: Findings, recording: Recording, poses: list[PoseSample], mocap: Mocap) -> None:
+    stamps, heights = np.array([pose.stamp for pose in poses]), np.array([pose.height for pose in poses])
+    gaps, many = np.diff(stamps), min(100, len(stamps) - 1)
+    period = float(np.median(stamps[many:] - stamps[:-many])) / many
+    if period > 0.0 and (gaps < BURST * period).mean() > BURSTS:
+        findings.found["mocap.rate"] = Found(round(1.0 / period, 1), round(0.05 / period, 1))
+    level = np.percentile(np.abs(heights - heights[0]), 99.0)
+    if level > mocap.max_lift:
+        places = np.array([(*pose.position.tolist(), 1.0) for pose in poses])
+        plane = np.linalg.lstsq(places, heights, rcond=None)[0]
+        if np.percentile(np.abs(heights - places @ plane), 99.0) < 0.5 * mocap.max_lift:
+            # the floor is a plane that is tilted in the axes: its whole rise is no lift
+            findings.found["mocap.max_lift"] = Found(round(1.3 * float(level) + mocap.max_lift, 3), None)
+
+
+def driven_of(recording: Recording, poses: list[PoseSample], settings: Settings) -> Driven | None:
+    """The drive as arrays, its scans read with no mount and no stamp told; None without scans that can be read."""
+    rows = np.array([(pose.stamp, *pose.position.tolist(), pose.yaw) for pose in poses])
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    # an odometry that repeats its last value has not measured again
+    new = np.r_[True, (np.diff(rows[:, 0]) > 0.0) & np.any(np.diff(rows[:, 1:], axis=0) != 0.0, axis=1)]
+    new[-1] = rows[-1, 0] > rows[-2, 0]
+    moves = np.ptp(rows[:, 1:3], axis=0).max() > 0.02
+    rows = rows[new] if moves and new.mean() > 0.2 else rows[np.r_[True, np.diff(rows[:, 0]) > 0.0]]
+    scans = []
+    taken = settings.with_values({"scan.stamp_offset": 0.0, "scan.backwards": False, "scan.instant": False}).scan
+    for _, message in recording.scans:
+        try:
+            scans.append(scan_from_message(message, settings.frames.base, taken))
+        except ScanError:
+            continue  # the stages count it
+    scans = [scan for scan in scans if len(scan.ranges) == len(scans[0].ranges)]
+    if not scans or len(rows) < 2:
+        return None
+    first, step = scans[0], math.ceil(len(scans[0].ranges) / BEAMS)
+    ranges = np.array([scan.ranges[::step] for scan in scans])
+    ranges = np.where(np.isfinite(ranges) & (ranges > 0.0) & (ranges < FARTHEST), ranges, np.nan)
+    poses3 = np.column_stack([rows[:, 1:3], np.unwrap(rows[:, 3])])
+    stamps = np.array([scan.stamp for scan in scans])
+    return Driven(rows[:, 0], poses3, stamps, ranges, first.angles[::step], first.time_increment * step)
+
+
+def _find_mount(
+    findings: Findings, recording: Recording, poses: list[PoseSample], settings: Settings, said: Callable[[float], None]
+) -> None:
+    driven, scan = driven_of(recording, poses, settings), settings.scan
+    given = 0 if scan.instant else -1 if scan.backwards else 1
+    fit = None if driven is None else fit_mount(driven, given, said)
+    if fit is None or not fit.clear:
+        findings.missing.update(dict.fromkeys((*MOUNT, "scan.mirrored", "scan.backwards"), f"{TURN}, and {WAY}"))
+    else:
+        _take_fit(findings, fit)
+    if "scan.stamp_offset" in findings.missing and (ahead := _ahead(recording, poses)) > AHEAD:
+        findings.found["scan.stamp_offset"] = Found(round(max(-ahead, -0.5), 3), 0.1)
+
+
+def _take_fit(findings: Findings, fit: MountFit) -> None:
+    mount, uncertainty = fit.mount, fit.uncertainty.tolist()
+    for k, (key, value) in enumerate(zip(MOUNT, (mount.late, mount.x, mount.y, mount.yaw), strict=True)):
+        if fit.known[k]:
+            findings.found[key] = Found(round(value, 4), round(uncertainty[k], 4))
+        else:
+            findings.missing[key] = WAY if key == "scan.offset_yaw" else TURN
+    if fit.known[3]:
+        findings.found["scan.mirrored"] = Found(mount.mirrored)
+    if fit.sweep_known:
+        findings.found["scan.backwards"] = Found(mount.sweep < 0)
+        findings.found["scan.instant"] = Found(mount.sweep == 0)
+    else:
+        findings.missing["scan.backwards"] = TURN
+
+
+def _ahead(recording: Recording, poses: list[PoseSample]) -> float:
+    """Time by which the scans' stamps are ahead of the poses', by when both were received [s]."""
+    late = [received - seconds_from_stamp(message.header.stamp) for received, message in recording.scans]
+    pose_late = np.median([at for at, _ in recording.poses[: len(poses)]] - np.array([pose.stamp for pose in poses]))
+    return float(pose_late - np.median(late))
+
+
+def find_speed(findings: Findings, stages: Stages, settings: Settings) -> None:
+    """Adds the largest speed, where commands asked for more or the robot was faster than is set."""
+    states = stages.states
+    if len(states) < 2:
+        return
+    shown = float(np.percentile([float(np.hypot(*state.velocity)) for state in states], 99.5))
+    asked = max((float(np.hypot(*velocity)) for _, velocity in stages.moves), default=0.0)
+    if shown > settings.robot.max_speed or asked > 1.2 * shown > 0.1:
+        findings.found["robot.max_speed"] = Found(round(1.05 * shown, 3), round(0.1 * shown, 3))
+    else:
+        findings.missing["robot.max_speed"] = "record commands, and drive at full speed for 2 s"
+
+
+def axes_of(stages: Stages) -> dict[str, Any]:
+    """How the motion measured is turned [rad], mirrored and scaled against the commands; None where not shown."""
+    nothing = {"turned": None, "mirrored": None, "scale": None}
+    moving = [(state, wanted) for state, wanted in stages.moves if np.hypot(*wanted) > 0.05]
+    if len(moving) < 40:
+        return nothing
+    measured = np.array([complex(*state.velocity) * np.exp(-1j * state.yaw) for state, _ in moving])
+    asked = np.array([complex(*wanted) for _, wanted in moving])
+    straight, mirror = measured @ asked.conj(), measured @ asked
+    # along one direction alone, as of a base that cannot go sideways, both explain the same
+    sideways = np.abs(asked.imag).mean() > 0.1 * np.abs(asked).mean() and np.abs(asked.real).mean() > 0.0
+    mirrored = bool(abs(mirror) > abs(straight)) if sideways else None
+    best = mirror if mirrored else straight
+    scale = abs(best) / float((np.abs(asked) ** 2).sum())
+    return {"turned": round(float(np.angle(best)), 3), "mirrored": mirrored, "scale": round(scale, 3)}
