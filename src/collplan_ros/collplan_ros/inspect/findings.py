@@ -9,23 +9,25 @@ import numpy as np
 
 from collplan_core.mounting.driven import Driven
 from collplan_core.mounting.fit import MountFit, fit_mount
-from collplan_core.parameters import Mocap, Settings
+from collplan_core.parameters import Mocap, Robot, Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.mocap_body import robot_pose
 from collplan_core.sensing.pose_filter import PoseError, PoseSample
 from collplan_ros.inspect.recording import Recording
 from collplan_ros.inspect.stages import Stages
 from collplan_ros.messages.mocap_formats import FORMATS
-from collplan_ros.messages.reading import scan_from_message, seconds_from_stamp
+from collplan_ros.messages.reading import scan_from_message, seconds_from_stamp, twist_of
 
 BEAMS, FARTHEST = 360, 8.0
 """Beams of a scan that are compared at most, and the farthest range [m]."""
 AHEAD = 0.05
 """Time by which scans may come before their stamps, as poses come, by the noise of receipt [s]."""
-BURST, BURSTS = 0.25, 0.2
-"""Poses that come within this share of the mean period, and the share of them that makes bursts."""
-SPAN = 0.2
-"""Time over which speeds are taken [s]."""
+UNEVEN = 0.5
+"""Share of the period so soon after the last pose that none is measured: those were stamped at receipt."""
+STEP = 0.05
+"""Speeds are taken over two such steps, and accelerations over six [s]."""
+RESTS = 0.25
+"""A value repeated for longer is a robot at rest; for less it was not measured again [s]."""
 TURN, WAY = "turn once at about 1 rad/s", "drive 2 m straight on"
 MOUNT = ("scan.stamp_offset", "scan.offset_x", "scan.offset_y", "scan.offset_yaw")
 
@@ -68,9 +70,16 @@ def find(recording: Recording, settings: Settings, said: Callable[[float], None]
     """The findings of a recording whose wiring the settings have."""
     findings, poses = Findings(wiring(recording)), _poses(recording, settings)
     if len(poses) > 2:
-        _find_pose_stream(findings, recording, poses, settings.mocap)
-    if recording.scans and len(poses) > 2:
-        _find_mount(findings, recording, poses, settings, said)
+        way = _way(poses)
+        _find_pose_stream(findings, poses, settings.mocap)
+        _find_motion(findings, way, recording, settings.robot)
+        if recording.scans:
+            _find_mount(findings, recording, way, settings, said)
+            if "scan.stamp_offset" not in findings.found and (ahead := _ahead(recording, poses)) > AHEAD:
+                findings.missing.pop("scan.stamp_offset")
+                findings.found["scan.stamp_offset"] = Found(
+                    round(max(-ahead, -0.5), 3), round(max(ahead - 0.5, 0.0) + 0.1, 3)
+                )
     return findings
 
 
@@ -86,11 +95,12 @@ def _poses(recording: Recording, settings: Settings) -> list[PoseSample]:
     return found
 
 
-def _find_pose_stream(findings: Findings, recording: Recording, poses: list[PoseSample], mocap: Mocap) -> None:
+def _find_pose_stream(findings: Findings, poses: list[PoseSample], mocap: Mocap) -> None:
     stamps, heights = np.array([pose.stamp for pose in poses]), np.array([pose.height for pose in poses])
-    gaps, many = np.diff(stamps), min(100, len(stamps) - 1)
+    many = min(100, len(stamps) - 1)
     period = float(np.median(stamps[many:] - stamps[:-many])) / many
-    if period > 0.0 and (gaps < BURST * period).mean() > BURSTS:
+    soonest, latest = np.percentile(np.diff(stamps), (5.0, 95.0))
+    if soonest < UNEVEN * period and latest - soonest > period:
         findings.found["mocap.rate"] = Found(round(1.0 / period, 1), round(0.05 / period, 1))
     level = np.percentile(np.abs(heights - heights[0]), 99.0)
     if level > mocap.max_lift:
@@ -98,18 +108,48 @@ def _find_pose_stream(findings: Findings, recording: Recording, poses: list[Pose
         plane = np.linalg.lstsq(places, heights, rcond=None)[0]
         if np.percentile(np.abs(heights - places @ plane), 99.0) < 0.5 * mocap.max_lift:
             # the floor is a plane that is tilted in the axes: its whole rise is no lift
-            findings.found["mocap.max_lift"] = Found(round(1.3 * float(level) + mocap.max_lift, 3), None)
+            findings.found["mocap.max_lift"] = Found(round(1.3 * float(level) + mocap.max_lift, 3))
 
 
-def driven_of(recording: Recording, poses: list[PoseSample], settings: Settings) -> Driven | None:
-    """The drive as arrays, its scans read with no mount and no stamp told; None without scans that can be read."""
+def _way(poses: list[PoseSample]) -> np.ndarray:
+    """(n, 4) rising stamp [s], x, y [m] and yaw, not wrapped [rad]; without the values that a moving robot repeats."""
     rows = np.array([(pose.stamp, *pose.position.tolist(), pose.yaw) for pose in poses])
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    # an odometry that repeats its last value has not measured again
-    new = np.r_[True, (np.diff(rows[:, 0]) > 0.0) & np.any(np.diff(rows[:, 1:], axis=0) != 0.0, axis=1)]
-    new[-1] = rows[-1, 0] > rows[-2, 0]
-    moves = np.ptp(rows[:, 1:3], axis=0).max() > 0.02
-    rows = rows[new] if moves and new.mean() > 0.2 else rows[np.r_[True, np.diff(rows[:, 0]) > 0.0]]
+    rows = rows[np.r_[True, np.diff(rows[:, 0]) > 0.0]]
+    new = np.r_[True, np.any(np.diff(rows[:, 1:], axis=0) != 0.0, axis=1)]
+    starts = np.flatnonzero(new)
+    rests = np.diff(rows[starts, 0], append=rows[-1, 0]) > RESTS
+    rows[:, 3] = np.unwrap(rows[:, 3])
+    return rows[new | np.repeat(rests, np.diff(starts, append=len(rows)))]
+
+
+def _find_motion(findings: Findings, way: np.ndarray, recording: Recording, robot: Robot) -> None:
+    """Adds the largest speed and acceleration, where they are beyond what is set, or the commands beyond them."""
+    grid = np.arange(way[0, 0], way[-1, 0], STEP)
+    places = np.column_stack([np.interp(grid, way[:, 0], way[:, k]) for k in (1, 2)])
+    velocities = (places[2:] - places[:-2]) / (2.0 * STEP)
+    if len(velocities) < 20:
+        return
+    shown = float(np.percentile(np.hypot(*velocities.T), 99.5))
+    twists = [twist_of(message).linear for _, message in recording.commands]
+    asked = max((math.hypot(each.x, each.y) for each in twists), default=0.0)
+    if shown > robot.max_speed or asked > 1.2 * shown > 0.1:
+        findings.found["robot.max_speed"] = Found(round(1.05 * shown, 3), round(0.1 * shown, 3))
+    else:
+        findings.missing["robot.max_speed"] = "record commands, and drive at full speed for 2 s"
+    # a bump is over sooner than the wheels accelerate: each third of a change must have its part
+    changes = velocities[6:] - velocities[:-6]
+    along = changes / np.maximum(np.hypot(*changes.T), 1e-9)[:, None]
+    thirds = [
+        ((velocities[k + 2 : len(velocities) - 4 + k] - velocities[k : k - 6]) * along).sum(axis=1) for k in (0, 2, 4)
+    ]
+    sustained = float(np.min(thirds, axis=0).max()) / (2.0 * STEP)
+    if sustained > robot.max_acceleration:
+        findings.found["robot.max_acceleration"] = Found(round(1.1 * sustained, 2), round(0.2 * sustained, 2))
+
+
+def driven_of(recording: Recording, way: np.ndarray, settings: Settings) -> Driven | None:
+    """The drive as arrays, its scans read with no mount and no stamp told; None without scans that can be read."""
     scans = []
     taken = settings.with_values({"scan.stamp_offset": 0.0, "scan.backwards": False, "scan.instant": False}).scan
     for _, message in recording.scans:
@@ -118,28 +158,27 @@ def driven_of(recording: Recording, poses: list[PoseSample], settings: Settings)
         except ScanError:
             continue  # the stages count it
     scans = [scan for scan in scans if len(scan.ranges) == len(scans[0].ranges)]
-    if not scans or len(rows) < 2:
+    if not scans or len(way) < 2:
         return None
     first, step = scans[0], math.ceil(len(scans[0].ranges) / BEAMS)
     ranges = np.array([scan.ranges[::step] for scan in scans])
     ranges = np.where(np.isfinite(ranges) & (ranges > 0.0) & (ranges < FARTHEST), ranges, np.nan)
-    poses3 = np.column_stack([rows[:, 1:3], np.unwrap(rows[:, 3])])
     stamps = np.array([scan.stamp for scan in scans])
-    return Driven(rows[:, 0], poses3, stamps, ranges, first.angles[::step], first.time_increment * step)
+    return Driven(
+        way[:, 0], np.ascontiguousarray(way[:, 1:]), stamps, ranges, first.angles[::step], first.time_increment * step
+    )
 
 
 def _find_mount(
-    findings: Findings, recording: Recording, poses: list[PoseSample], settings: Settings, said: Callable[[float], None]
+    findings: Findings, recording: Recording, way: np.ndarray, settings: Settings, said: Callable[[float], None]
 ) -> None:
-    driven, scan = driven_of(recording, poses, settings), settings.scan
+    driven, scan = driven_of(recording, way, settings), settings.scan
     given = 0 if scan.instant else -1 if scan.backwards else 1
     fit = None if driven is None else fit_mount(driven, given, said)
     if fit is None or not fit.clear:
         findings.missing.update(dict.fromkeys((*MOUNT, "scan.mirrored", "scan.backwards"), f"{TURN}, and {WAY}"))
     else:
         _take_fit(findings, fit)
-    if "scan.stamp_offset" in findings.missing and (ahead := _ahead(recording, poses)) > AHEAD:
-        findings.found["scan.stamp_offset"] = Found(round(max(-ahead, -0.5), 3), 0.1)
 
 
 def _take_fit(findings: Findings, fit: MountFit) -> None:
@@ -163,19 +202,6 @@ def _ahead(recording: Recording, poses: list[PoseSample]) -> float:
     late = [received - seconds_from_stamp(message.header.stamp) for received, message in recording.scans]
     pose_late = np.median([at for at, _ in recording.poses[: len(poses)]] - np.array([pose.stamp for pose in poses]))
     return float(pose_late - np.median(late))
-
-
-def find_speed(findings: Findings, stages: Stages, settings: Settings) -> None:
-    """Adds the largest speed, where commands asked for more or the robot was faster than is set."""
-    states = stages.states
-    if len(states) < 2:
-        return
-    shown = float(np.percentile([float(np.hypot(*state.velocity)) for state in states], 99.5))
-    asked = max((float(np.hypot(*velocity)) for _, velocity in stages.moves), default=0.0)
-    if shown > settings.robot.max_speed or asked > 1.2 * shown > 0.1:
-        findings.found["robot.max_speed"] = Found(round(1.05 * shown, 3), round(0.1 * shown, 3))
-    else:
-        findings.missing["robot.max_speed"] = "record commands, and drive at full speed for 2 s"
 
 
 def axes_of(stages: Stages) -> dict[str, Any]:

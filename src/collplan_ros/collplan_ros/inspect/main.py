@@ -12,7 +12,7 @@ from collplan_core.command_line import parser_of
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
-from collplan_ros.inspect.findings import Findings, axes_of, find, find_speed, wiring
+from collplan_ros.inspect.findings import Findings, axes_of, find, wiring
 from collplan_ros.inspect.recording import Recording, RecordingError, Topics, read_recording
 from collplan_ros.inspect.stages import Stages, passed_through
 from collplan_ros.inspect.words import WRONG, lines_of
@@ -63,7 +63,6 @@ def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
     settings = Settings().with_values(_placed(recording, given))
     before = passed_through(recording, settings, _bar("as set"))
     findings = find(recording, settings, _bar("fitting"))
-    find_speed(findings, before, settings)
     after = passed_through(recording, settings.with_values(findings.values), _bar("as found"))
     report = _report(recording, before, after, findings)
     (out / "inspect.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

@@ -13,6 +13,15 @@ LEAST_RATE = 15.0
 MOST_MISFIT = 20
 """Periods of 50 ms in which the motion may not fit the commands."""
 Line = tuple[str, str]
+ELSE = "see docs/troubleshooting.md"
+SCAN_REMEDIES = {
+    "same to the last bit": "the driver repeats scans: publish one for each turn of the LIDAR",
+    "missing": "the odometry, its stamps or the LIDAR's place are wrong: record a drive with turns and straight ways",
+    "was seen": "the stamps are late, or beams are reversed: record a turn",
+    "its stamp": "the clocks of LIDAR and poses differ, or messages are delayed: synchronise them",
+    "lost": "too many beams measure nothing: scan.infinite, scan.zero?",
+    "angle_max": "beams and angles do not fit: the driver is wrong",
+}
 REMEDIES = {
     "frame": "set mocap.frame",
     "height": "the axes are tilted or the robot was lifted: mocap.axes, mocap.max_lift",
@@ -48,7 +57,7 @@ def _poses(poses: Mapping[str, Any]) -> Line:
     text = f"{poses['n']} poses at {poses['rate_hz']:.0f} Hz, {_refused(poses)}"
     if poses["refused"] > MOST_REFUSED * poses["n"]:
         worst = max(poses["reasons"], key=poses["reasons"].get)
-        return WRONG, f"{text}: {REMEDIES.get(worst, 'see docs/troubleshooting.md')}"
+        return WRONG, f"{text}: {REMEDIES.get(worst, ELSE)}"
     if poses["rate_hz"] < LEAST_RATE:
         return WRONG, f"{text}, expected at least {LEAST_RATE:g} Hz"
     return OK, text
@@ -67,7 +76,8 @@ def _scans(scans: Mapping[str, Any]) -> Line:
     text = f"{scans['n']} scans at {scans['rate_hz']:.1f} Hz, {_refused(scans)}, longest {scans['longest_refused']}"
     text += f"; the robot would stand for {scans['stopped_s']:.1f} s and be held {scans['held']} times"
     if scans["refused"] > MOST_REFUSED * scans["n"] or scans["held"]:
-        return WRONG, text
+        worst = max(scans["reasons"], key=scans["reasons"].get, default="")
+        return WRONG, f"{text}: {next((what for part, what in SCAN_REMEDIES.items() if part in worst), ELSE)}"
     return OK, text
 
 
