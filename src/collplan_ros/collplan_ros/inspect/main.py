@@ -54,8 +54,9 @@ def _parser() -> argparse.ArgumentParser:
     add("recording", type=Path, metavar="RECORDING", help="bag, or run folder")
     add("--params", type=Path, metavar="FILE", help="parameters to begin with; without, those shipped")
     add("--out", type=Path, default=Path(), metavar="DIR", help="folder of what is written (default: this one)")
-    for what in ("poses", "scans", "commands"):
-        add(f"--{what}", default="", metavar="TOPIC", help=f"topic of the {what}, where there are several")
+    add("--poses", default="", metavar="TOPIC", help="topic of the poses, where there are several")
+    add("--scans", default="", metavar="TOPIC", help="topic of the scans")
+    add("--commands", default="", metavar="TOPIC", help="topic of the commands to the base")
     return parser
 
 
