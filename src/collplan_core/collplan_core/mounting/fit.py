@@ -36,10 +36,10 @@ class MountFit:
     """The mount found.
 
     Attributes:
-        mount: the mount.
+        mount: the mount, whose sweep is the one given where the scans do not tell.
         uncertainty: (4,) of start [s], x, y [m] and heading [rad]: the truth is within it in 95 of 100.
         known: (4,) bool, whether each was shown.
-        sweep_known: whether the sweep was; else it is the one given.
+        sweep_known: whether the sweep was shown.
         clear: whether heading and sense of rotation are preferred clearly; else nothing is known.
         agreement: mean distance of the returns from the surfaces of the other scan [m].
     """
@@ -86,11 +86,13 @@ def fit_mount(driven: Driven, given: int, said: Callable[[float], None] = lambda
     said(0.7)
     spread = _spread(driven, pairs, best, said)
     uncertainty = np.hypot(2.0 * spread, FLOORS)
-    shown = np.array([pairs.shows_turns] * 3 + [pairs.shows_ways])
+    known = np.array([pairs.shows_turns] * 3 + [pairs.shows_ways]) & (uncertainty <= KNOWN)
+    # turns alone show the place as seen from the LIDAR, which its heading turns
+    known[1:3] &= known[3]
     return MountFit(
         best,
         uncertainty,
-        shown & (uncertainty <= KNOWN),
+        known,
         sweep_known and pairs.shows_turns,
         not rivals or _is_clearly(driven, pairs, best, min(rivals, key=_score)[1]),
         float(disagreements(driven, pairs.scans, best).mean()),

@@ -1,17 +1,20 @@
 """What a recording shows of the parameters: each value found with its uncertainty, and what the motion did not show."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from collplan_core.mounting.driven import Driven
 from collplan_core.mounting.fit import MountFit, fit_mount
-from collplan_core.parameters import Mocap, Robot, Settings
+from collplan_core.parameters import Mocap, Robot, Settings, all_specs
+from collplan_core.parameters.spec import ParameterError
 from collplan_core.scan import ScanError
-from collplan_core.sensing.mocap_body import robot_pose
+from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
 from collplan_core.sensing.pose_filter import PoseError, PoseSample
 from collplan_ros.inspect.recording import Recording
 from collplan_ros.inspect.stages import Stages
@@ -53,14 +56,13 @@ class Findings:
         return {key: each.value for key, each in self.found.items()}
 
 
-def wiring(recording: Recording) -> dict[str, Found]:
-    """Topic, format and frames, which the recording itself names."""
+def wiring(recording: Recording, subject: str) -> dict[str, Found]:
+    """Topic, format and frames, which the recording itself names; `subject` is the robot's body."""
     found = {}
     if recording.poses:
-        measured = FORMATS[recording.format].read(recording.poses[0][1], "")
         found = {"mocap.format": Found(recording.format), "mocap.topic": Found(recording.topics.poses)}
-        if measured is not None and measured.frame:
-            found["mocap.frame"] = Found(measured.frame)
+        for _, measured in islice(_measured(recording, subject), 1):
+            found |= {"mocap.frame": Found(measured.frame)} if measured.frame else {}
     if recording.scans:
         found["scan.frame"] = Found(str(recording.scans[0][1].header.frame_id))
     return found
@@ -68,7 +70,7 @@ def wiring(recording: Recording) -> dict[str, Found]:
 
 def find(recording: Recording, settings: Settings, said: Callable[[float], None]) -> Findings:
     """The findings of a recording whose wiring the settings have."""
-    findings, poses = Findings(wiring(recording)), _poses(recording, settings)
+    findings, poses = Findings(wiring(recording, settings.mocap.subject)), _poses(recording, settings)
     if len(poses) > 2:
         way = _way(poses)
         _find_pose_stream(findings, poses, settings.mocap)
@@ -76,23 +78,32 @@ def find(recording: Recording, settings: Settings, said: Callable[[float], None]
         if recording.scans:
             _find_mount(findings, recording, way, settings, said)
             if "scan.stamp_offset" not in findings.found and (ahead := _ahead(recording, poses)) > AHEAD:
-                findings.missing.pop("scan.stamp_offset")
-                findings.found["scan.stamp_offset"] = Found(
-                    round(max(-ahead, -0.5), 3), round(max(ahead - 0.5, 0.0) + 0.1, 3)
-                )
+                del findings.missing["scan.stamp_offset"]
+                beyond = max(ahead - 0.5, 0.0)
+                findings.found["scan.stamp_offset"] = Found(round(beyond - ahead, 3), round(beyond + 0.1, 3))
+    for key, each in list(findings.found.items()):
+        try:
+            all_specs()[key].checked(each.value)
+        except ParameterError as error:
+            del findings.found[key]
+            findings.missing[key] = str(error)
     return findings
 
 
 def _poses(recording: Recording, settings: Settings) -> list[PoseSample]:
-    found, read = [], FORMATS[recording.format].read
-    for received, message in recording.poses:
-        try:
-            measured = read(message, settings.mocap.subject)
-            if measured is not None:
-                found.append(robot_pose(measured, received, settings.mocap))
-        except PoseError:
-            continue  # the stages count it
+    found = []
+    for received, measured in _measured(recording, settings.mocap.subject):
+        with suppress(PoseError):  # the stages count it
+            found.append(robot_pose(measured, received, settings.mocap))
     return found
+
+
+def _measured(recording: Recording, subject: str) -> Iterator[tuple[float, MeasuredPose]]:
+    for received, message in recording.poses:
+        with suppress(PoseError):
+            measured = FORMATS[recording.format].read(message, subject)
+            if measured is not None:
+                yield received, measured
 
 
 def _find_pose_stream(findings: Findings, poses: list[PoseSample], mocap: Mocap) -> None:
@@ -153,11 +164,9 @@ def driven_of(recording: Recording, way: np.ndarray, settings: Settings) -> Driv
     scans = []
     taken = settings.with_values({"scan.stamp_offset": 0.0, "scan.backwards": False, "scan.instant": False}).scan
     for _, message in recording.scans:
-        try:
+        with suppress(ScanError):
             scans.append(scan_from_message(message, settings.frames.base, taken))
-        except ScanError:
-            continue  # the stages count it
-    scans = [scan for scan in scans if len(scan.ranges) == len(scans[0].ranges)]
+    scans = sorted((scan for scan in scans if len(scan.ranges) == len(scans[0].ranges)), key=lambda scan: scan.stamp)
     if not scans or len(way) < 2:
         return None
     first, step = scans[0], math.ceil(len(scans[0].ranges) / BEAMS)
@@ -214,7 +223,7 @@ def axes_of(stages: Stages) -> dict[str, Any]:
     asked = np.array([complex(*wanted) for _, wanted in moving])
     straight, mirror = measured @ asked.conj(), measured @ asked
     # along one direction alone, as of a base that cannot go sideways, both explain the same
-    sideways = np.abs(asked.imag).mean() > 0.1 * np.abs(asked).mean() and np.abs(asked.real).mean() > 0.0
+    sideways = abs((asked**2).sum()) < 0.95 * (np.abs(asked) ** 2).sum()
     mirrored = bool(abs(mirror) > abs(straight)) if sideways else None
     best = mirror if mirrored else straight
     scale = abs(best) / float((np.abs(asked) ** 2).sum())

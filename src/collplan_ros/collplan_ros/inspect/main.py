@@ -77,7 +77,8 @@ def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
 
 def _placed(recording: Recording, given: dict[str, Any]) -> dict[str, Any]:
     """The parameters given, with what bringup takes from the graph: topics, and the LIDAR's place on /tf_static."""
-    values = given | {key: each.value for key, each in wiring(recording).items()}
+    subject = Settings().with_values(given).mocap.subject
+    values = given | {key: each.value for key, each in wiring(recording, subject).items()}
     if "scan.frame" not in values or any(key.startswith("scan.offset_") for key in given):
         return values
     try:

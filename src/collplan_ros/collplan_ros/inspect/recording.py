@@ -55,11 +55,6 @@ class Recording:
     commands: list[tuple[float, Any]] = field(default_factory=list)
     links: dict[str, Link] = field(default_factory=dict)
 
-    @property
-    def begin(self) -> float:
-        """The first receipt of anything [s]."""
-        return min(rows[0][0] for rows in (self.poses, self.scans, self.commands) if rows)
-
 
 def read_recording(path: Path, told: Topics, given: Mocap, said: Callable[[float], None]) -> Recording:
     """Reads a recording.
@@ -99,7 +94,9 @@ def _read(reader: AnyReader, file: Path, told: Topics, given: Mocap, said: Calla
     if not (topics.poses or topics.scans):
         found = ", ".join(f"{name} ({kind})" for name, kind in kinds.items()) or "no topic"
         raise RecordingError(f"{file}: found {found}, expected poses ({', '.join(formats)}) or scans ({SCAN})")
-    taken = Recording(topics, formats.get(kinds.get(topics.poses, ""), given.format), reader.duration / NANOSECONDS)
+    taken = Recording(
+        topics, formats.get(kinds.get(topics.poses, ""), given.format), max(reader.duration / NANOSECONDS, 1e-3)
+    )
     rows = {topics.poses: taken.poses, topics.scans: taken.scans, topics.commands: taken.commands}
     wanted = [each for each in reader.connections if each.topic in rows or each.topic.endswith(TRANSFORMS)]
     total = max(sum(each.msgcount for each in wanted), 1)
