@@ -119,7 +119,7 @@ def test_what_cannot_be_read_ends_with_code_2_and_names_the_file(tmp_path, capsy
     assert not (tmp_path / "found.yaml").exists()
 
 
-@pytest.mark.skipif(not TURTLEBOT.exists(), reason="recordings of real robots are not part of the project")
+@pytest.mark.skipif(not TURTLEBOT.exists(), reason="COLLPLAN_RECORDINGS is no folder of real recordings")
 def test_a_real_turtlebot_is_driven_with_what_its_own_recording_shows(tmp_path):
     assert main([str(TURTLEBOT), "--out", str(tmp_path)]) == GOOD
     report = json.loads((tmp_path / "inspect.json").read_text())

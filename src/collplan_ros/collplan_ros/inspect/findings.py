@@ -29,6 +29,10 @@ UNEVEN = 0.5
 """Share of the period so soon after the last pose that none is measured: those were stamped at receipt."""
 STEP = 0.05
 """Speeds are taken over two such steps, and accelerations over six [s]."""
+STAYS = 5.0
+"""Time at the largest speed shown, while commands ask for more, from which on it is the robot's largest [s]."""
+BEYOND = 1.3
+"""Multiple of what is set from which on a speed or acceleration is another: the noise of poses makes less."""
 RESTS = 0.25
 """A value repeated for longer is a robot at rest; for less it was not measured again [s]."""
 TURN, WAY = "turn once at about 1 rad/s", "drive 2 m straight on"
@@ -141,10 +145,13 @@ def _find_motion(findings: Findings, way: np.ndarray, recording: Recording, robo
     velocities = (places[2:] - places[:-2]) / (2.0 * STEP)
     if len(velocities) < 20:
         return
-    shown = float(np.percentile(np.hypot(*velocities.T), 99.5))
+    speeds = np.hypot(*velocities.T)
+    shown = float(np.percentile(speeds, 99.5))
+    # a base that is still accelerating has not shown its largest speed
+    stays = STEP * int((speeds > 0.9 * shown).sum()) > STAYS
     twists = [twist_of(message).linear for _, message in recording.commands]
     asked = max((math.hypot(each.x, each.y) for each in twists), default=0.0)
-    if shown > robot.max_speed or asked > 1.2 * shown > 0.1:
+    if shown > BEYOND * robot.max_speed or (stays and asked > 1.2 * shown > 0.1):
         findings.found["robot.max_speed"] = Found(round(1.05 * shown, 3), round(0.1 * shown, 3))
     else:
         findings.missing["robot.max_speed"] = "record commands, and drive at full speed for 2 s"
@@ -155,7 +162,7 @@ def _find_motion(findings: Findings, way: np.ndarray, recording: Recording, robo
         ((velocities[k + 2 : len(velocities) - 4 + k] - velocities[k : k - 6]) * along).sum(axis=1) for k in (0, 2, 4)
     ]
     sustained = float(np.min(thirds, axis=0).max()) / (2.0 * STEP)
-    if sustained > robot.max_acceleration:
+    if sustained > BEYOND * robot.max_acceleration:
         findings.found["robot.max_acceleration"] = Found(round(1.1 * sustained, 2), round(0.2 * sustained, 2))
 
 

@@ -53,7 +53,7 @@ class Stages:
 
     Attributes:
         states: the states that the filter gave.
-        moves: at each tick with a command, the newest state, and the velocity (2,) [m/s, robot frame] commanded.
+        moves: at each judgement of motion the newest state, and the velocity (2,) [m/s, robot frame] commanded.
     """
 
     def __init__(self, recording: Recording, settings: Settings) -> None:
@@ -65,7 +65,7 @@ class Stages:
         self._sensed, self._reasons = SensedScans(settings.limits.pose_history), Reasons()
         self._gate, self._watch = InputGate(self._sensed, self._reasons), MotionWatch()
         self._newest: MeasuredPose | None = None
-        self._even, self._seen = math.nan, math.nan
+        self._even, self._seen, self._judged = math.nan, math.nan, math.inf
         self._refused_poses: Counter[str] = Counter()
         self._verdicts: Counter[str] = Counter()
         self._poses = self._scans = self._impacts = self._held = self._with_mover = 0
@@ -134,20 +134,25 @@ class Stages:
             self._command = (received, *velocity_from_twist(twist_of(message)))
         except MessageError:
             return
+        self._judge(received)
+
+    def _judge(self, local: float) -> None:
+        """Judges the motion up to now, as in each period of the controller, and the command that holds from now on."""
+        settings, (sent, velocity, yaw_rate) = self._settings, self._command
+        still, size = local - sent > COMMAND_LASTS, float(np.hypot(*velocity))
+        wanted = np.zeros(2) if still else velocity * min(1.0, settings.robot.max_speed / max(size, 1e-9))
+        self._watch.judge(local, settings)
+        self._verdicts[self._watch.verdict.kind] += 1
+        self._watch.commanded(Command(wanted, 0.0 if still else yaw_rate, FREE_SPACE, np.zeros(2)), local)
+        if self.states and not still:
+            self.moves.append((self.states[-1], wanted))
+        self._judged = local
 
     def tick(self, local: float) -> None:
-        """Judges the motion, and whether the robot would have had to stand."""
-        settings, (sent, velocity, yaw_rate) = self._settings, self._command
-        if sent > -math.inf:
-            still = local - sent > COMMAND_LASTS
-            wanted = np.zeros(2) if still else velocity
-            size = float(np.hypot(*wanted))
-            wanted = wanted * min(1.0, settings.robot.max_speed / size) if size else wanted
-            self._watch.judge(local, settings)
-            self._verdicts[self._watch.verdict.kind] += 1
-            self._watch.commanded(Command(wanted, 0.0 if still else yaw_rate, FREE_SPACE, np.zeros(2)), local)
-            if self.states and not still:
-                self.moves.append((self.states[-1], wanted))
+        """Looks whether the robot would have had to stand; where no command has come, the last one holds."""
+        settings = self._settings
+        if local - self._judged >= TICK:
+            self._judge(local)
         if self._gate.why_lost(local, settings.limits):
             before, self._standing = self._standing, self._standing + TICK
             self._stopped += TICK

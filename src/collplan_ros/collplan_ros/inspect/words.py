@@ -26,7 +26,7 @@ REMEDIES = {
     "frame": "set mocap.frame",
     "height": "the axes are tilted or the robot was lifted: mocap.axes, mocap.max_lift",
     "tilt": "does the body's z axis point up: mocap.axes?",
-    "speed": "does the receiver stamp at receipt: mocap.rate?",
+    "speed": "is it faster than robot.max_speed, or does the receiver stamp at receipt: mocap.rate?",
     "leap": "is it one body: mocap.subject, mocap.units, robot.max_speed?",
     "yaw": "are the markers nearly symmetric?",
     "stamp": "do two receivers publish on this topic?",
