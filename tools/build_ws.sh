@@ -26,7 +26,7 @@ set -u
 # a node refuses an unknown parameter once it has imported all it needs
 starts() {
     case ${1##*/} in
-    bringup | replay | beside | study)
+    bringup | replay | beside | inspect | study)
         timeout 60 "$1" --help >/dev/null
         ;;
     *) timeout 60 "$1" --ros-args -p no_such.parameter:=1 2>&1 | grep -q '^[^ ].*no_such\.parameter' ;;

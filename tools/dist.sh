@@ -47,7 +47,7 @@ unset PYTHONPATH
 python=$("$project/tools/find_python.sh" "3.10 3.11 3.12 3.13")
 environment plain "$python" constraints.txt
 ! "$bin/python" -c 'import rclpy' 2>/dev/null || fail "rclpy is in an environment that was to be without ROS"
-start study replay beside
+start study replay beside inspect
 "$bin/study" --worlds corridor --strategies harness --map-periods 0.2 --trials 1 --jobs 1 --out study >said.txt 2>&1 ||
     { cat said.txt >&2; fail "study of the wheels does not run"; }
 [ -s study/report.html ] || fail "study of the wheels has written no report"

@@ -32,6 +32,7 @@ setup(
         "mcap-ros2-support>=0.6",
         "numpy>=1.26.4",
         "PyYAML>=6.0.1",
+        "rosbags>=0.11",
         "shapely>=2.0.3",
         "websockets>=15.0.1",
     ],
@@ -48,6 +49,7 @@ setup(
             "bringup = collplan_ros.executables:bringup",
             "replay = collplan_ros.executables:replay",
             "beside = collplan_ros.executables:beside",
+            "inspect = collplan_ros.executables:inspect",
         ],
     },
 )

@@ -23,7 +23,7 @@ WITH_ROS_IN_SIM = {
 }
 WITH_ROS_IN_RUNS = {"collplan_ros.run.recorder"}
 WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "topics")}
-READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("run", "replay", "view"))
+READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("run", "replay", "view", "inspect"))
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {
     "cobs": "python-cobs-pip",
@@ -33,7 +33,7 @@ ROSDEP_KEYS = {
 }
 PIP_NAMES = {"mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}
 PIP_NAMES |= {"PIL": "pillow", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"distributed", "gymnasium", "mujoco", "polars", "pyarrow", "pymunk"}
+WITHOUT_ROSDEP_KEY = {"distributed", "gymnasium", "mujoco", "polars", "pyarrow", "pymunk", "rosbags"}
 
 
 def module_name(path: Path) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 REFUSED = 2
 """Exit code of a program that cannot be imported."""
-PROGRAMS = re.compile(r"^  (bringup|study|beside|replay)\b", re.MULTILINE)
+PROGRAMS = re.compile(r"^  (bringup|study|beside|replay|inspect)\b", re.MULTILINE)
 
 
 def as_called(program: str) -> str:

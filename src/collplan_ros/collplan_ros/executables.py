@@ -1,4 +1,4 @@
-"""The programs of collplan_ros: its nodes, bringup, and what reads recorded runs."""
+"""The programs of collplan_ros: its nodes, bringup, and what reads recordings."""
 
 from collplan_core.command_line import Executable
 
@@ -11,3 +11,4 @@ view_node = Executable("collplan_ros.nodes.view_node")
 bringup = Executable("collplan_ros.bringup.main")
 replay = Executable("collplan_ros.replay.main")
 beside = Executable("collplan_ros.run.page.beside")
+inspect = Executable("collplan_ros.inspect.main")

@@ -1,0 +1,131 @@
+"""inspect reads a recording of any robot, and writes what it shows of the sensors."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from driven_robots import ANGLES, BETWEEN, TURN, Drive, drawn_mount, driven
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_typestore
+
+from collplan_core.mounting.driven import Driven
+from collplan_core.parameters.file import read_parameters
+from collplan_ros.inspect.main import GOOD, UNREADABLE, main
+
+EPOCH = 1_700_000_000.0
+TRANSIT = 0.005
+"""Time from an odometry's stamp to its receipt [s]."""
+TURTLEBOT = Path(os.environ.get("COLLPLAN_RECORDINGS", "none")) / "turtlebot4_hall.mcap"
+
+
+class Bag:
+    """Messages of a version of ROS, written to a bag as they are received."""
+
+    def __init__(self, writer: Any, ros1: bool) -> None:
+        self.writer, self.ros1 = writer, ros1
+        self.store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
+        self.connections: dict[str, Any] = {}
+
+    def make(self, name: str, *args: Any) -> Any:
+        return self.store.types[name](*args)
+
+    def header(self, stamp: float, frame: str) -> Any:
+        nanoseconds = round((EPOCH + stamp) * 1e9)
+        time = self.make("builtin_interfaces/msg/Time", nanoseconds // 10**9, nanoseconds % 10**9)
+        return self.make("std_msgs/msg/Header", *((0,) if self.ros1 else ()), time, frame)
+
+    def write(self, topic: str, kind: str, message: Any, received: float) -> None:
+        if topic not in self.connections:
+            self.connections[topic] = self.writer.add_connection(topic, kind, typestore=self.store)
+        serialise = self.store.serialize_ros1 if self.ros1 else self.store.serialize_cdr
+        self.writer.write(self.connections[topic], round((EPOCH + received) * 1e9), serialise(message, kind))
+
+    def odometry(self, stamp: float, x: float, y: float, yaw: float) -> Any:
+        make, none = self.make, np.zeros(36)
+        turn = make("geometry_msgs/msg/Quaternion", 0.0, 0.0, float(np.sin(yaw / 2.0)), float(np.cos(yaw / 2.0)))
+        pose = make("geometry_msgs/msg/Pose", make("geometry_msgs/msg/Point", x, y, 0.0), turn)
+        still = make("geometry_msgs/msg/Vector3", 0.0, 0.0, 0.0)
+        twist = make("geometry_msgs/msg/TwistWithCovariance", make("geometry_msgs/msg/Twist", still, still), none)
+        covered = make("geometry_msgs/msg/PoseWithCovariance", pose, none)
+        return make("nav_msgs/msg/Odometry", self.header(stamp, "odom"), "base_link", covered, twist)
+
+    def scan(self, stamp: float, ranges: np.ndarray) -> Any:
+        header, step = self.header(stamp, "laser"), float(ANGLES[1] - ANGLES[0])
+        angles = float(ANGLES[0]), float(ANGLES[-1]), step
+        values = np.asarray(ranges, np.float32), np.zeros(0, np.float32)
+        return self.make("sensor_msgs/msg/LaserScan", header, *angles, BETWEEN, TURN, 0.05, 12.0, *values)
+
+
+def write_bag(folder: Path, form: str, recorded: Driven) -> Path:
+    """Writes a drive; returns the path that a user gives."""
+    path = folder / ("drive.bag" if form == "ros1" else "drive")
+    plugin = StoragePlugin.MCAP if form == "mcap" else StoragePlugin.SQLITE3
+    writer = Writer1(path) if form == "ros1" else Writer2(path, version=9, storage_plugin=plugin)
+    with writer:
+        bag, scans = Bag(writer, form == "ros1"), list(zip(recorded.stamps, recorded.ranges, strict=True))
+        for time, pose in zip(recorded.times, recorded.poses, strict=True):
+            while scans and scans[0][0] < time:
+                stamp, ranges = scans.pop(0)
+                bag.write("/front/scan", "sensor_msgs/msg/LaserScan", bag.scan(stamp, ranges), stamp)
+            bag.write("/odom", "nav_msgs/msg/Odometry", bag.odometry(time, *pose.tolist()), time + TRANSIT)
+    return next(path.glob("*.mcap")) if form == "mcap" else path
+
+
+@pytest.mark.parametrize("form", ["ros1", "sqlite", "mcap"])
+def test_found_parameters_are_those_of_the_robot_whatever_the_bag(tmp_path, form, capsys):
+    true = drawn_mount(3)
+    path = write_bag(tmp_path, form, driven(true, Drive(), duration=15.0, seed=3))
+    assert main([str(path), "--out", str(tmp_path / "out")]) == GOOD
+    report = json.loads((tmp_path / "out/inspect.json").read_text())
+    assert report["as_set"]["scans"]["refused"] > 0.1 * report["as_set"]["scans"]["n"]
+    assert report["as_found"]["scans"]["refused"] == report["as_found"]["scans"]["held"] == 0
+    assert {key: each["value"] for key, each in report["found"].items()} == read_parameters(tmp_path / "out/found.yaml")
+    for key, value in {
+        "stamp_offset": true.late,
+        "offset_x": true.x,
+        "offset_y": true.y,
+        "offset_yaw": true.yaw,
+    }.items():
+        found = report["found"][f"scan.{key}"]
+        assert abs(found["value"] - value) < found["uncertainty"], key
+    assert report["found"]["scan.mirrored"]["value"] == true.mirrored
+    assert report["found"]["mocap.topic"]["value"] == "/odom"
+    assert "mended" in capsys.readouterr().out
+
+
+def test_what_a_robot_at_rest_does_not_show_is_not_written_and_a_line_says_what_would(tmp_path, capsys):
+    path = write_bag(tmp_path, "mcap", driven(drawn_mount(1)._replace(late=0.0), Drive(moves=False), duration=6.0))
+    main([str(path), "--out", str(tmp_path)])
+    assert set(read_parameters(tmp_path / "found.yaml")) == {"mocap.format", "mocap.topic", "mocap.frame", "scan.frame"}
+    assert "scan.offset_yaw" in json.loads((tmp_path / "inspect.json").read_text())["missing"]
+    assert "turn once at about 1 rad/s" in capsys.readouterr().out
+
+
+def test_what_cannot_be_read_ends_with_code_2_and_names_the_file(tmp_path, capsys):
+    cut, text = tmp_path / "cut.mcap", tmp_path / "notes.txt"
+    cut.write_bytes(b"\x89MCAP0\r\n and no more")
+    text.write_text("no recording")
+    path = write_bag(tmp_path, "sqlite", driven(drawn_mount(1), Drive(moves=False), duration=4.0))
+    for args in ([tmp_path / "none"], [cut], [text], [path, "--scans", "/scan"], [path, "--params", text]):
+        assert main([*map(str, args), "--out", str(tmp_path)]) == UNREADABLE
+        said = capsys.readouterr().err
+        assert "expected" in said
+        assert str(args[-1]) in said or "/scan" in said
+    assert not (tmp_path / "found.yaml").exists()
+
+
+@pytest.mark.skipif(not TURTLEBOT.exists(), reason="COLLPLAN_RECORDINGS is no folder of real recordings")
+def test_a_real_turtlebot_is_driven_with_what_its_own_recording_shows(tmp_path):
+    assert main([str(TURTLEBOT), "--out", str(tmp_path)]) == GOOD
+    report = json.loads((tmp_path / "inspect.json").read_text())
+    scan = read_parameters(tmp_path / "found.yaml")
+    assert abs(scan["scan.offset_yaw"] - np.pi / 2.0) < np.radians(2.0)
+    assert scan["scan.backwards"] is True
+    assert np.hypot(scan["scan.offset_x"] - 0.0039, scan["scan.offset_y"]) < 0.02
+    assert abs(scan["scan.stamp_offset"] + 0.17) < 0.03
+    assert report["as_set"]["scans"]["held"] > report["as_found"]["scans"]["held"] == 0
