@@ -52,7 +52,8 @@ def why_refused(reason: str, sample: PoseSample, before: FilterMemory, settings:
         return f"turned by {turned:.0f} degrees within {silence:.3f} s, {limit}"
     if reason == SPEED:
         return _too_fast(sample, before, settings, shown)
-    lift = before.floor.lift(*sample.position.tolist(), sample.height)
+    x, y = sample.position.tolist()
+    lift = before.floor.lift(x, y, sample.height)
     return f"{lift:.3f} m off the floor, expected at most {mocap.max_lift:g} (mocap.max_lift): mocap.axes, mocap.units?"
 
 
