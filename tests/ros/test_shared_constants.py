@@ -54,6 +54,7 @@ class Sharing(Node):
         super().__init__(name, **kwargs)
         declare(self, Robot, Frames)
         self.constants = SharedConstants(self, read_settings(self, Robot, Frames), Robot, Frames)
+        self.constants.compare()
 
 
 def make(ros, name, namespace="", **values):

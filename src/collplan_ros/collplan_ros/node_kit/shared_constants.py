@@ -1,4 +1,4 @@
-"""Constants that all nodes of a graph must share, published and compared; and parameters that the page shows."""
+"""Constants that all nodes of a graph must share: each publishes its own, planner and controller compare them."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -21,19 +21,8 @@ ABSENT_LOOKS = 3
 """Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
 GROUPS = ("robot.", "frames.", "limits.fence", "scan.")
 """Beginnings of the keys of constants that must be shared."""
-SHOWN = (
-    "simulator.world",
-    "simulator.speed_factor",
-    "lidar.world",
-    "robot.max_speed",
-    "planner.strategy",
-    "planner.goal_tolerance",
-    "remembered.spacing",
-    "limits.command_age",
-    "driver.port",
-    "emulator.link",
-)
-"""Keys of parameters that are told beside them, for the page; they may differ, and change."""
+SHOWN = ("simulator.world", "lidar.world", "planner.strategy", "driver.port", "emulator.link")
+"""Keys told beside them, for the page: the world, the strategy, and whether the robot is real; they may differ."""
 
 
 def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
@@ -65,23 +54,17 @@ def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]
 
 
 class SharedConstants:
-    """Publishes a node's constants to the others in its namespace, and compares them with theirs.
+    """Publishes a node's constants to the others in its namespace; `compare` holds them against theirs.
 
     A node that has ended no longer disagrees, nor does one that has started again with other values. A node that must
-    stand still on a disagreement reads `disagreement` at each step; others pass their health through `judged`:
-
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
-        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+    stand still on a disagreement reads `disagreement` at each step.
 
     Attributes:
         disagreement: the differences, as returned by the function `disagreement`; empty where they agree.
     """
 
     def __init__(self, node: Node, settings: Settings, *groups: Group) -> None:
-        """Publishes the constants of these groups, declared by `node`, that all must share.
-
-        From then on an error is logged when a disagreement begins, and a line of information when it ends.
-        """
+        """Publishes the constants of these groups, declared by `node`, that all must share."""
         self.disagreement = ""
         self._node = node
         self._name = node.get_fully_qualified_name()
@@ -91,11 +74,14 @@ class SharedConstants:
         self._logged = ""
         self._shown = [spec.key for spec in specs_of(groups) if spec.key in SHOWN]
         self._publisher = node.create_publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
-        node.create_subscription(DiagnosticStatus, "shared_constants", self._take, CONSTANTS_SUBSCRIBED)
-        # steady even where the node follows /clock: a clock that stands still must not hide who has ended
-        node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
         on_change(node, self._tell, *groups)
         self._tell(settings)
+
+    def compare(self) -> None:
+        """Logs an error whenever a disagreement begins from now on, and a line of information when it ends."""
+        self._node.create_subscription(DiagnosticStatus, "shared_constants", self._take, CONSTANTS_SUBSCRIBED)
+        # steady even where the node follows /clock: a clock that stands still must not hide who has ended
+        self._node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
 
     def judged(self, health: Health) -> Health:
         """A node's health, a warning where it is OK but constants disagree."""

@@ -55,6 +55,7 @@ class ControllerNode(GraphNode):
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("controller_node", GROUPS, LIVE, **kwargs)
+        self._constants.compare()
         publisher = self.create_publisher(String, "controller/journal", qos.JOURNAL)
         send = (lambda line: publisher.publish(String(data=line))) if self._settings.planner.journal else None
         self._journal = Journal(CONTROLLER, send)

@@ -75,6 +75,7 @@ class PlannerNode(GraphNode):
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("planner_node", GROUPS, LIVE, **kwargs)
+        self._constants.compare()
         publisher = self.create_publisher(String, "planner/journal", qos.JOURNAL)
         send = (lambda line: publisher.publish(String(data=line))) if self._settings.planner.journal else None
         journal = self._journal = Journal(PLANNER, send)

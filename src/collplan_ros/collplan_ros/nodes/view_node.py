@@ -30,7 +30,9 @@ from collplan_ros.view.frames import Changes
 from collplan_ros.view.server import PageServer, Reply
 from collplan_ros.view.which_robot import Values, which_robot
 
-GROUPS = (View, ScanInput, Frames, "controller.stamped_cmd_vel")
+SCALES = ("robot.max_speed", "planner.goal_tolerance", "remembered.spacing")
+PACE = ("simulator.speed_factor", "limits.command_age")
+GROUPS = (View, ScanInput, Frames, "controller.stamped_cmd_vel", *SCALES, *PACE)
 LINGER = 10.0
 """Time after the last page was closed until the graph is no longer listened to [s]: it may only be loaded anew."""
 RATE = 20.0
@@ -138,9 +140,9 @@ class ViewNode(Node):
                 "world": self._world_name or "",
                 "trouble": trouble,
                 "radius": _milli(first_of(there, "robot.radius"), self._settings.robot.radius),
-                "max_speed": _milli(first_of(there, "robot.max_speed"), self._settings.robot.max_speed),
-                "tolerance": _milli(first_of(there, "planner.goal_tolerance"), self._settings.planner.goal_tolerance),
-                "spacing": _milli(first_of(there, "remembered.spacing"), self._settings.remembered.spacing),
+                "max_speed": round(1000 * self._settings.robot.max_speed),
+                "tolerance": round(1000 * self._settings.planner.goal_tolerance),
+                "spacing": round(1000 * self._settings.remembered.spacing),
             },
         )
         self._changes.put("world", world)
@@ -148,14 +150,13 @@ class ViewNode(Node):
         # one that was registered in the planner's process alone is no name here
         choices = [*NAMES, *({strategy} - {*NAMES})]
         self._changes.put("strategy", None if strategy is None else {"value": strategy, "choices": choices})
-        self._put_machine(there)
+        self._put_machine()
 
-    def _put_machine(self, known: Mapping[str, Values]) -> None:
+    def _put_machine(self) -> None:
         """Puts the speed of simulated time, and whether the machine is fast enough for a real robot."""
         now, recent = self._now(), self._inputs.graph.recent
-        speed_factor = _number(first_of(known, "simulator.speed_factor"), self._settings.simulator.speed_factor)
-        command_age = _number(first_of(known, "limits.command_age"), self._settings.limits.command_age)
-        verdict = machine_verdict(recent.timing(now), speed_factor, command_age)
+        speed_factor = self._settings.simulator.speed_factor
+        verdict = machine_verdict(recent.timing(now), speed_factor, self._settings.limits.command_age)
         self._changes.put("machine", {"pace": pace_words(recent.newest_factor(now)), "verdict": verdict})
 
     def _found_world(self, known: Mapping[str, Values]) -> tuple[scene.Part, str]:
@@ -198,12 +199,8 @@ class ViewNode(Node):
 
 def _milli(value: object, otherwise: float) -> int:
     """Returns a length or speed as sent to a page; `otherwise` where it cannot be drawn."""
-    number = _number(value, otherwise)
+    number = float(value) if isinstance(value, (int, float)) else otherwise
     return scene.milli([number if abs(number) <= scene.LARGEST else otherwise])[0]
-
-
-def _number(value: object, otherwise: float) -> float:
-    return float(value) if isinstance(value, (int, float)) else otherwise
 
 
 def main(args: Sequence[str] | None = None) -> int:
