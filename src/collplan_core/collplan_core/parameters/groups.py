@@ -169,7 +169,7 @@ class Control(Parameters):
     rate: float = parameter(20.0, "Rate of the velocity command", unit="Hz", low=1.0, high=200.0)
     stamped_cmd_vel: bool = parameter(False, "cmd_vel is a TwistStamped, for controller and robot alike, instead of a Twist")
     k_p: float = parameter(4.0, "Proportional gain on position", unit="1/s", low=0.0, high=50.0, live=True)
-    turns_to_look: bool = parameter(False, "Turn a LIDAR that does not see all around to where the robot drives; false holds the first heading", live=True)
+    turns_to_look: bool = parameter(False, "Turn a LIDAR that does not see all around to where the robot drives; false holds the first heading")
     boundary_projection: str = parameter("continuous", "q_bound continues along the tangent past the end of what was seen, at v_max at most, or jumps as printed", choices=("continuous", "printed"), live=True)
     maneuver_rule: str = parameter("incidence", "Alg. 3 by incidence at the contact, or left and right of the chord as printed", choices=("incidence", "printed"), live=True)
 

@@ -134,6 +134,8 @@ def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], 
         else:
             between |= bool(found) and found[-1].name != END
             truth |= entry.topic == "ground_truth/odom"
+    if not found and not is_whole(path):
+        return [], True  # cut off before the run began
     if not found:
         lacks.append("bringup's marks of begin, goal and end")
         return [(-math.inf, BEGIN, {"simulated": str(truth).lower()}), *goals], False
