@@ -34,6 +34,7 @@ setup(
         "PyYAML>=6.0.1",
         "rosbags>=0.11",
         "shapely>=2.0.3",
+        "tqdm",
         "websockets>=15.0.1",
     ],
     extras_require={"test": ["pytest"]},

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from collplan_core.calibration.frame_chain import mount_in
 from collplan_core.command_line import parser_of
 from collplan_core.parameters import Settings
@@ -111,11 +113,11 @@ def _comment(findings: Findings) -> str:
 
 
 def _bar(what: str) -> Callable[[float], None]:
-    """A line on a terminal that grows with the share done."""
+    """A progress bar on a terminal, which takes the share done."""
+    bar = tqdm(total=1.0, desc=what, leave=False, disable=None, bar_format="{desc:>9} {bar} {percentage:3.0f} %")
 
     def show(share: float) -> None:
-        if sys.stderr.isatty():
-            print(f"\r{what:>9} {'#' * int(30 * share):<30}\r", end="", file=sys.stderr, flush=True)
+        bar.update(share - bar.n)
 
     return show
 
