@@ -132,9 +132,6 @@ class ViewNode(Node):
         # reports of a node that has gone no longer hold
         there = {name: each for name, each in known.items() if name in heard}
         world, trouble = self._found_world(there)
-        own = self._settings
-        scales = own.robot.max_speed, own.planner.goal_tolerance, own.remembered.spacing
-        speed, tolerance, spacing = scene.milli(scales)
         self._changes.put(
             "about",
             {
@@ -143,9 +140,9 @@ class ViewNode(Node):
                 "world": self._world_name or "",
                 "trouble": trouble,
                 "radius": _milli(first_of(there, "robot.radius"), self._settings.robot.radius),
-                "max_speed": speed,
-                "tolerance": tolerance,
-                "spacing": spacing,
+                "max_speed": round(1000 * self._settings.robot.max_speed),
+                "tolerance": round(1000 * self._settings.planner.goal_tolerance),
+                "spacing": round(1000 * self._settings.remembered.spacing),
             },
         )
         self._changes.put("world", world)
