@@ -25,8 +25,7 @@ def names() -> list[tuple[str, str]]:
 
 def frozen_trial(world: str, strategy: str) -> dict[str, Any]:
     """Result of a trial: for people, and as the fingerprints of its commands, plans and impacts."""
-    settings = Settings().with_values({"planner.strategy": strategy, "trial.timeout": SECONDS})
-    result = run_trial(world, settings, seed=5)
+    result = run_trial(world, Settings().with_values({"planner.strategy": strategy, "trial.timeout": SECONDS}), seed=5)
     said = {"outcome": result.outcome, "path_length": result.path_length, "plans": len(result.plans)}
     return said | {"impacts": len(result.impacts)} | {name: fingerprint(part) for name, part in _parts(result)}
 
@@ -35,5 +34,4 @@ def _parts(result: TrialResult) -> Iterator[tuple[str, Any]]:
     yield "commands", result.commands
     yield "motion", result.trajectory
     yield "plan", [np.array(plan) for plan in result.plans]
-    hits = result.impacts
-    yield "impact", [[h.time, *h.point, *h.normal, *h.velocity_before, *h.velocity_after] for h in hits]
+    yield "impact", [[h.time, *h.point, *h.normal, *h.velocity_before, *h.velocity_after] for h in result.impacts]

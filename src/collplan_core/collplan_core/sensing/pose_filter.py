@@ -290,7 +290,6 @@ def _equals_newest(track: Track, sample: PoseSample) -> bool:
 
 def _is_repeated(track: Track, sample: PoseSample) -> bool:
     """Returns whether a pose that equals the last was sent before the next was measured, as by a driver that polls."""
-    # the times first: they tell nearly always, in a tenth of the time of the comparison
     return 0.0 < sample.stamp - track.changed < EARLY * track.renewed and _equals_newest(track, sample)
 
 

@@ -89,11 +89,8 @@ def _placed(recording: Recording, given: dict[str, Any]) -> dict[str, Any]:
         mount = None
     if mount is None:
         return values
-    return (
-        values
-        | {f"scan.offset_{key}": getattr(mount, key) for key in ("x", "y", "yaw")}
-        | {"scan.mirrored": mount.mirrored}
-    )
+    place = {f"scan.offset_{key}": getattr(mount, key) for key in ("x", "y", "yaw")}
+    return values | place | {"scan.mirrored": mount.mirrored}
 
 
 def _report(recording: Recording, before: Stages, after: Stages, findings: Findings) -> dict[str, Any]:
