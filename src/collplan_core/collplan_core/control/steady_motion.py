@@ -1,4 +1,4 @@
-"""What held commands show of a base that cannot drive sideways."""
+"""Detects a base that cannot drive sideways, from its motion under commands that last."""
 
 from collections import deque
 
@@ -57,7 +57,7 @@ class SteadyMotion:
 
     @property
     def why_unlike(self) -> str:
-        """What it shows of the base, in words; "" where that does as told, or nothing is known yet."""
+        """Sentence on a base that does not drive sideways; "" where it does, or nothing is known yet."""
         times, share = self._times, self._shares
         if min(times.values()) >= ENOUGH and share["y"] < NONE and share["x"] > SOME:
             return "moves along x alone: can the base drive sideways?"

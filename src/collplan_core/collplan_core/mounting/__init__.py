@@ -1,1 +1,1 @@
-"""How a LIDAR is mounted, stamped and swept, from scans of a moving robot that must agree with one another."""
+"""Estimates a LIDAR's place, stamp delay and beam order from the scans and poses of a moving robot."""

@@ -1,4 +1,4 @@
-"""How well pairs of scans agree, where a mount, a stamp and a sweep are assumed."""
+"""Measures how well pairs of scans agree under an assumed LIDAR mount, stamp delay and beam order."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ FAR = 0.3
 JOINED = 0.15
 """Neighbouring returns that are nearer to one another are one surface [m]."""
 SPARED = 4
-"""Of the later scan every so-many-th beam is compared."""
+"""Step between the beams of the later scan that are compared."""
 
 
 class Mount(NamedTuple):

@@ -49,12 +49,12 @@ class Pairs:
 
     @property
     def shows_turns(self) -> bool:
-        """Whether enough of them turn: only a turn shows the LIDAR's place and stamp."""
+        """Whether enough pairs turn: only a turn shows the LIDAR's place and stamp."""
         return int((self.turned > LEAST_TURN).sum()) >= MOST // 4
 
     @property
     def shows_ways(self) -> bool:
-        """Whether enough of them go: only a way shows the LIDAR's heading."""
+        """Whether the robot drives far enough in enough pairs: only that shows the LIDAR's heading."""
         return int((self.went > LEAST_WAY).sum()) >= MOST // 4
 
 
@@ -77,7 +77,7 @@ def pairs_of(driven: Driven) -> Pairs:
 
 
 def _most(moved: np.ndarray, least: float) -> np.ndarray:
-    """Of the half that moved most, evenly over the time; none below `least`."""
+    """Indices of pairs that moved more than `least`, of the half that moved most, evenly over the time."""
     enough = np.flatnonzero(moved > least)
     far = np.sort(enough[np.argsort(-moved[enough], kind="stable")][: max(MOST, len(enough) // 2)])
     return far[np.linspace(0, len(far) - 1, min(MOST, len(far))).astype(int)] if len(far) else far

@@ -14,7 +14,7 @@ HEADINGS = 24
 STAMPS = (-0.45, -0.35, -0.25, -0.15, -0.05, 0.05)
 """Starts of the sweep tried first [s]."""
 REFINED = 4
-"""Of those, how many are refined with each sweep."""
+"""Number of coarse mounts that are refined, with each beam order."""
 UNITS = np.array([0.1, 0.1, 0.1, 0.1])
 """Units of start [s], x, y [m] and heading [rad] in which one step changes the agreement alike."""
 DRAWS = 8
