@@ -100,8 +100,10 @@ def test_found_parameters_are_those_of_the_robot_whatever_the_bag(tmp_path, form
 
 def test_what_a_robot_at_rest_does_not_show_is_not_written_and_a_line_says_what_would(tmp_path, capsys):
     path = write_bag(tmp_path, "mcap", driven(drawn_mount(1)._replace(late=0.0), Drive(moves=False), duration=6.0))
-    main([str(path), "--out", str(tmp_path)])
-    assert set(read_parameters(tmp_path / "found.yaml")) == {"mocap.format", "mocap.topic", "mocap.frame", "scan.frame"}
+    (given := tmp_path / "base.yaml").write_text("/**: {ros__parameters: {robot: {radius: 0.15}}}")
+    main([str(path), "--params", str(given), "--out", str(tmp_path)])
+    wiring = {"mocap.format", "mocap.topic", "mocap.frame", "scan.frame"}
+    assert set(read_parameters(tmp_path / "found.yaml")) == {*wiring, "robot.radius"}
     assert "scan.offset_yaw" in json.loads((tmp_path / "inspect.json").read_text())["missing"]
     assert "turn once at about 1 rad/s" in capsys.readouterr().out
 

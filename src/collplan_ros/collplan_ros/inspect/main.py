@@ -54,7 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = parser_of("inspect", DESCRIPTION, EPILOG)
     add = parser.add_argument
     add("recording", type=Path, metavar="RECORDING", help="bag, or run folder")
-    add("--params", type=Path, metavar="FILE", help="parameters to begin with; without, those shipped")
+    add("--params", type=Path, metavar="FILE", help="parameters to begin with, also in found.yaml; else those shipped")
     add("--out", type=Path, default=Path(), metavar="DIR", help="folder of what is written (default: this one)")
     add("--poses", default="", metavar="TOPIC", help="topic of the poses, where there are several")
     add("--scans", default="", metavar="TOPIC", help="topic of the scans")
@@ -69,7 +69,7 @@ def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
     after = passed_through(recording, settings.with_values(findings.values), _bar("as found"))
     report = _report(recording, before, after, findings)
     (out / "inspect.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
-    write_values(findings.values, out / "found.yaml", _comment(findings))
+    write_values(given | findings.values, out / "found.yaml", _comment(findings))
     lines = list(lines_of(report["as_set"], report["as_found"], findings))
     for verdict, text in lines:
         print(f"{verdict:>8}  {text}")
