@@ -14,8 +14,13 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from collplan_core.mounting.driven import Driven
+from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters
+from collplan_core.state import State
 from collplan_ros.inspect.main import GOOD, UNREADABLE, main
+from collplan_ros.inspect.page import PlayedRecording
+from collplan_ros.inspect.stages import POSE, REFUSED_POSE, REFUSED_SCAN, STANDS, Happened
+from played_folders import newest, poses_in, recording_in
 
 EPOCH = 1_700_000_000.0
 TRANSIT = 0.005
@@ -96,6 +101,27 @@ def test_found_parameters_are_those_of_the_robot_whatever_the_bag(tmp_path, form
     assert report["found"]["scan.mirrored"]["value"] == true.mirrored
     assert report["found"]["mocap.topic"]["value"] == "/odom"
     assert "mended" in capsys.readouterr().out
+    frames = recording_in((tmp_path / "out/inspect.html").read_text(encoding="utf-8"))["frames"]
+    placed = poses_in([frame for frame in frames if "robot" in frame])
+    assert 0 <= report["as_found"]["poses"]["n"] - len(placed) < 10  # the first ones give no velocity
+    assert sum("scan" in frame for frame in frames) > 0.9 * report["as_found"]["scans"]["n"]
+    assert len(newest(frames, "remembered", np.inf)) > 400
+
+
+def test_the_page_marks_what_was_refused_where_it_was_and_says_why():
+    states = [State(0.1 * k, np.array([0.1 * k, 0.0]), np.array([1.0, 0.0]), 0.0) for k in range(40)]
+    refused = [
+        Happened(EPOCH + 1.03, REFUSED_POSE, ("leap", np.array([5.0, 2.0]))),
+        Happened(EPOCH + 1.04, REFUSED_POSE, ("not_finite", None)),
+        Happened(EPOCH + 2.05, REFUSED_SCAN, ("it is turned", None, states[20])),
+        Happened(EPOCH + 3.02, STANDS, "scan too old"),
+    ]
+    happened = sorted([*(Happened(EPOCH + each.stamp, POSE, each) for each in states), *refused])
+    frames = PlayedRecording(Settings(), 1).frames_of("drive", happened)
+    marked = {round(frame["t"], 1): frame["refused"] for frame in frames if "refused" in frame}
+    assert marked == {1.1: [5000, 2000, 0, 1000, 0, 0], 2.1: [2000, 0, 1]}
+    reasons = [newest(frames, "doing", time)["reason"] for time in (0.5, 1.1, 2.1, 3.3)]
+    assert reasons == ["", "pose refused: not_finite", "scan refused: it is turned", "scan too old"]
 
 
 def test_what_a_robot_at_rest_does_not_show_is_not_written_and_a_line_says_what_would(tmp_path, capsys):

@@ -15,16 +15,19 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.inspect.findings import Findings, axes_of, find, wiring
+from collplan_ros.inspect.page import PAGE, write_inspect_page
 from collplan_ros.inspect.recording import Recording, RecordingError, Topics, read_recording
 from collplan_ros.inspect.stages import Stages, passed_through
 from collplan_ros.inspect.words import WRONG, lines_of
+from collplan_ros.run.whole_file import RecordError
 
 GOOD, NOT_MENDED, UNREADABLE = 0, 1, 2
 """Exit codes: nothing is wrong with found.yaml, something still is, and nothing could be read."""
 DESCRIPTION = """\
 Reads a recording of a robot that somebody drove, tells what is wrong with its poses, scans and motion, and writes
-found.yaml, a parameter file with what the recording shows of the sensors, and inspect.json. It needs neither ROS nor
-the robot. RECORDING is a ROS 1 bag, a ROS 2 bag (folder, .mcap or .db3), or a run folder of bringup.
+found.yaml, a parameter file with what the recording shows of the sensors, inspect.json, and inspect.html, which plays
+the recording in a browser. RECORDING is a ROS 1 bag, a ROS 2 bag (folder, .mcap or .db3), or a run folder of bringup;
+to read it needs neither ROS nor the robot.
 
 Nothing is wrong, or found.yaml mends it: exit code 0. Something else is wrong: 1. Unreadable: 2.
 """
@@ -45,7 +48,7 @@ def main(args: Sequence[str] | None = None) -> int:
         recording = read_recording(options.recording, topics, Settings().with_values(given).mocap, _bar("reading"))
         options.out.mkdir(parents=True, exist_ok=True)
         return _inspect(recording, given, options.out)
-    except (RecordingError, ParameterError, OSError) as error:
+    except (RecordingError, RecordError, ParameterError, OSError) as error:
         print(f"inspect: {error}", file=sys.stderr)
         return UNREADABLE
 
@@ -66,14 +69,16 @@ def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
     settings = Settings().with_values(_placed(recording, given))
     before = passed_through(recording, settings, _bar("as set"))
     findings = find(recording, settings, _bar("fitting"))
-    after = passed_through(recording, settings.with_values(findings.values), _bar("as found"))
+    settings = settings.with_values(findings.values)
+    after = passed_through(recording, settings, _bar("as found"))
     report = _report(recording, before, after, findings)
     (out / "inspect.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     write_values(findings.values, out / "found.yaml", _comment(findings))
     lines = list(lines_of(report["as_set"], report["as_found"], findings))
     for verdict, text in lines:
         print(f"{verdict:>8}  {text}")
-    print(f"written to {out / 'found.yaml'} and {out / 'inspect.json'}")
+    write_inspect_page(out / PAGE, recording.name, after.happened, settings, lines)
+    print(f"written to {out / 'found.yaml'}, inspect.json and {PAGE}")
     return NOT_MENDED if any(verdict == WRONG for verdict, _ in lines) else GOOD
 
 

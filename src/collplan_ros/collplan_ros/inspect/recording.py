@@ -40,6 +40,7 @@ class Recording:
     """What a recording holds, in the order of receipt.
 
     Attributes:
+        name: that of its file or folder.
         topics: from where.
         format: that of the poses, as `mocap.format`.
         poses, scans, commands: times of receipt [s] and messages.
@@ -47,6 +48,7 @@ class Recording:
         duration: [s].
     """
 
+    name: str
     topics: Topics
     format: str
     duration: float
@@ -94,9 +96,8 @@ def _read(reader: AnyReader, file: Path, told: Topics, given: Mocap, said: Calla
     if not (topics.poses or topics.scans):
         found = ", ".join(f"{name} ({kind})" for name, kind in kinds.items()) or "no topic"
         raise RecordingError(f"{file}: found {found}, expected poses ({', '.join(formats)}) or scans ({SCAN})")
-    taken = Recording(
-        topics, formats.get(kinds.get(topics.poses, ""), given.format), max(reader.duration / NANOSECONDS, 1e-3)
-    )
+    form, duration = formats.get(kinds.get(topics.poses, ""), given.format), max(reader.duration / NANOSECONDS, 1e-3)
+    taken = Recording(file.name, topics, form, duration)
     rows = {topics.poses: taken.poses, topics.scans: taken.scans, topics.commands: taken.commands}
     wanted = [each for each in reader.connections if each.topic in rows or each.topic.endswith(TRANSFORMS)]
     total = max(sum(each.msgcount for each in wanted), 1)

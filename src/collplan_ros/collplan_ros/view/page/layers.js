@@ -3,6 +3,7 @@
 import { addLine, addSegments, drawArrow, firstAfter } from "./geometry.js";
 
 const TRAIL_SHOWN = 15; // s
+const REFUSED_SIZE = 4; // px to either side
 const SMOOTH = 0.025; // s to either side
 const FLASH = 0.7; // s for which an impact is seen to happen
 const AFTER = 0.22; // s of the velocity after a contact that its arrow is long
@@ -172,7 +173,7 @@ function drawPredicted(picture) {
 function drawScan({ ctx, view, colors, parts }) {
   const flat = parts.scan ?? [];
   const size = Math.min(3.5, Math.max(1.3, 6 * view.scale));
-  ctx.fillStyle = colors.scan;
+  ctx.fillStyle = parts.refuses ? colors.other : colors.scan;
   ctx.beginPath();
   for (let i = 0; i + 1 < flat.length; i += 2) {
     const x = view.sx(flat[i]);
@@ -261,6 +262,28 @@ function drawTrail(picture) {
   const robot = scene.robotAt(now);
   if (robot) points.push({ t: now, x: view.sx(robot.x), y: view.sy(robot.y), speed: robot.speed });
   drawBySpeed(picture, smoothed(points), 2.5, (point) => Math.max(0.12, 1 - (now - point.t) / TRAIL_SHOWN));
+  drawRefused(picture);
+}
+
+/** A cross where a pose was refused, a square where the robot was at a scan that was. */
+function drawRefused({ ctx, view, colors, scene, now }) {
+  const end = firstAfter(scene.refused, now);
+  ctx.strokeStyle = colors.other;
+  ctx.lineWidth = 1.5;
+  ctx.setLineDash([]);
+  ctx.beginPath();
+  for (const { x, y, scan } of scene.refused.slice(firstAfter(scene.refused, now - TRAIL_SHOWN), end)) {
+    const [left, top, size] = [view.sx(x) - REFUSED_SIZE, view.sy(y) - REFUSED_SIZE, 2 * REFUSED_SIZE];
+    if (scan) {
+      ctx.rect(left, top, size, size);
+    } else {
+      ctx.moveTo(left, top);
+      ctx.lineTo(left + size, top + size);
+      ctx.moveTo(left + size, top);
+      ctx.lineTo(left, top + size);
+    }
+  }
+  ctx.stroke();
 }
 
 /** Each point amid those within SMOOTH of it: what is measured trembles. */
@@ -535,7 +558,7 @@ export const LAYERS = [
       }
     },
   },
-  { id: "trail", label: "way of the robot, by speed", draw: drawTrail, sample: (c, k) => bySpeed(c, k, 2.5) },
+  { id: "trail", label: "way of the robot, by speed; ✕ pose, □ scan refused", draw: drawTrail, sample: (c, k) => bySpeed(c, k, 2.5) },
   { id: "plan", label: "plan, by speed", draw: drawPlan, sample: (c, k) => bySpeed(c, k, 5) },
   {
     id: "contacts", label: "foreseen contacts, direction after", draw: drawContacts,

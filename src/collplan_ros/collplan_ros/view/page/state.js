@@ -27,6 +27,7 @@ export class Scene {
   /** Forgets where the robot was and what is plotted. */
   forgetWay() {
     this.track = [];
+    this.refused = [];
     this.series = { planning: [], period: [], distance: [], terms: new Map() };
   }
 
@@ -81,8 +82,14 @@ export class Scene {
       if (measured < REST_SPEED && this.rests(frame.t)) this.track.at(-1).speed = 0;
       this.fillIn();
     }
-    const keep = firstAfter(this.track, frame.t - KEPT);
-    if (keep > 200) this.track.splice(0, keep);
+    const refused = frame.refused ?? [];
+    for (let i = 0; i + 2 < refused.length; i += 3) {
+      this.refused.push({ t: frame.t, x: refused[i], y: refused[i + 1], scan: refused[i + 2] === 1 });
+    }
+    for (const list of [this.track, this.refused]) {
+      const keep = firstAfter(list, frame.t - KEPT);
+      if (keep > 200) list.splice(0, keep);
+    }
   }
 
   /** Whether the robot has not moved in the time before `t`, beyond the noise of its poses. */
