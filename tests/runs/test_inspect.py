@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,14 @@ from collplan_core.parameters.file import read_parameters
 from collplan_core.state import State
 from collplan_ros.inspect.main import GOOD, UNREADABLE, main
 from collplan_ros.inspect.page import PlayedRecording
+from collplan_ros.inspect.recording import Topics, read_recording
 from collplan_ros.inspect.stages import POSE, REFUSED_POSE, REFUSED_SCAN, STANDS, Happened
 from played_folders import newest, poses_in, recording_in
 
 EPOCH = 1_700_000_000.0
 TRANSIT = 0.005
 """Time from an odometry's stamp to its receipt [s]."""
+KILLED = Path(__file__).parents[1] / "frozen/runs/killed"
 TURTLEBOT = Path(os.environ.get("COLLPLAN_RECORDINGS", "none")) / "turtlebot4_hall.mcap"
 
 
@@ -81,7 +84,24 @@ def write_bag(folder: Path, form: str, recorded: Driven) -> Path:
     return next(path.glob("*.mcap")) if form == "mcap" else path
 
 
-@pytest.mark.parametrize("form", ["ros1", "sqlite", "mcap"])
+def test_every_form_of_a_bag_is_read_and_of_one_that_is_cut_off_what_it_holds(tmp_path):
+    recorded = driven(drawn_mount(1), Drive(moves=False), duration=4.0)
+    for form, name in (("ros1", ""), ("sqlite", ""), ("sqlite", "drive.db3"), ("mcap", ""), ("mcap", "drive.mcap")):
+        folder = tmp_path / f"{form}{name}"
+        folder.mkdir()
+        write_bag(folder, form, recorded)
+        path = folder / ("drive.bag" if form == "ros1" else "drive") / name
+        found = read_recording(path, Topics(), Settings().mocap, lambda _: None)
+        assert (len(found.poses), len(found.scans), found.is_cut) == (len(recorded.times), len(recorded.stamps), False)
+    bag = tmp_path / "bag"  # whose recorder was killed, as bringup was
+    bag.mkdir()
+    shutil.copy(KILLED / "run.mcap", bag / "bag_0.mcap")
+    for path in (KILLED, bag, bag / "bag_0.mcap"):
+        found = read_recording(path, Topics(), Settings().mocap, lambda _: None)
+        assert (len(found.poses), len(found.scans), found.is_cut) == (526, 104, True)
+
+
+@pytest.mark.parametrize("form", ["ros1", "mcap"])
 def test_found_parameters_are_those_of_the_robot_whatever_the_bag(tmp_path, form, capsys):
     true = drawn_mount(3)
     path = write_bag(tmp_path, form, driven(true, Drive(), duration=15.0, seed=3))
