@@ -4,6 +4,8 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Sequence
+from datetime import datetime
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -36,16 +38,21 @@ examples:
   inspect drive.mcap                            topics found by type and rate
   inspect drive --scans /front/scan             one of several LIDARs
   inspect runs/latest --params lab.yaml         what lab.yaml would have said of a run
+  inspect --live 60 --out found                 records for a minute, then the same
 """
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
-    options = _parser().parse_args(args)
+    parser = _parser()
+    options = parser.parse_args(args)
+    if (options.recording is None) == (options.live is None):
+        parser.error("expected either RECORDING or --live")
     topics = Topics(options.poses, options.scans, options.commands)
     try:
         given = read_parameters(options.params) if options.params else {}
-        recording = read_recording(options.recording, topics, Settings().with_values(given).mocap, _bar("reading"))
+        path = options.recording or _recorded(options.live, options.out)
+        recording = read_recording(path, topics, Settings().with_values(given).mocap, _bar("reading"))
         options.out.mkdir(parents=True, exist_ok=True)
         return _inspect(recording, given, options.out)
     except (RecordingError, RecordError, ParameterError, OSError) as error:
@@ -56,13 +63,28 @@ def main(args: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = parser_of("inspect", DESCRIPTION, EPILOG)
     add = parser.add_argument
-    add("recording", type=Path, metavar="RECORDING", help="bag, or run folder")
+    add("recording", type=Path, nargs="?", metavar="RECORDING", help="bag, or run folder")
+    live = "record the robot's topics for so long while somebody drives it by hand, then inspect that; needs ROS"
+    add("--live", type=float, metavar="SECONDS", help=live)
     add("--params", type=Path, metavar="FILE", help="parameters to begin with; without, those shipped")
     add("--out", type=Path, default=Path(), metavar="DIR", help="folder of what is written (default: this one)")
     add("--poses", default="", metavar="TOPIC", help="topic of the poses, where there are several")
     add("--scans", default="", metavar="TOPIC", help="topic of the scans")
     add("--commands", default="", metavar="TOPIC", help="topic of the commands to the base")
     return parser
+
+
+def _recorded(duration: float, out: Path) -> Path:
+    """The file that the robot's topics were recorded into."""
+    try:
+        live = import_module("collplan_ros.inspect.live")
+    except ImportError as error:  # all else works without ROS
+        raise RecordingError(f"--live: needs ROS: {error}") from None
+    out.mkdir(parents=True, exist_ok=True)
+    path = out / f"drive_{datetime.now():%Y%m%d_%H%M%S}.mcap"
+    print(f"recording {path}; drive the robot by hand, Ctrl-C ends it", flush=True)
+    live.record_live(path, duration, _bar("listening"))
+    return path
 
 
 def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
