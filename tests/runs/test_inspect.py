@@ -19,9 +19,8 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters
 from collplan_core.state import State
 from collplan_ros.inspect.main import GOOD, UNREADABLE, main
-from collplan_ros.inspect.page import PlayedRecording
+from collplan_ros.inspect.page import Drawing
 from collplan_ros.inspect.recording import Topics, read_recording
-from collplan_ros.inspect.stages import POSE, REFUSED_POSE, REFUSED_SCAN, STANDS, Happened
 from played_folders import newest, poses_in, recording_in
 
 EPOCH = 1_700_000_000.0
@@ -130,16 +129,14 @@ def test_found_parameters_are_those_of_the_robot_whatever_the_bag(tmp_path, form
 
 def test_the_page_marks_what_was_refused_where_it_was_and_says_why():
     states = [State(0.1 * k, np.array([0.1 * k, 0.0]), np.array([1.0, 0.0]), 0.0) for k in range(40)]
-    refused = [
-        Happened(EPOCH + 1.03, REFUSED_POSE, ("leap", np.array([5.0, 2.0]))),
-        Happened(EPOCH + 1.04, REFUSED_POSE, ("not_finite", None)),
-        Happened(EPOCH + 2.05, REFUSED_SCAN, ("it is turned", None, states[20])),
-        Happened(EPOCH + 3.02, STANDS, "scan too old"),
-    ]
-    happened = sorted([*(Happened(EPOCH + each.stamp, POSE, each) for each in states), *refused])
-    frames = PlayedRecording(Settings(), 1).frames_of("drive", happened)
+    happened = [(EPOCH + each.stamp, "pose", (each,)) for each in states]
+    happened.append((EPOCH + 1.03, "refused_pose", ("leap", np.array([5.0, 2.0]))))
+    happened.append((EPOCH + 1.04, "refused_pose", ("not_finite", None)))
+    happened.append((EPOCH + 2.05, "refused_scan", ("it is turned", None, states[20])))
+    happened.append((EPOCH + 3.02, "stands", ("scan too old",)))
+    frames = Drawing(Settings()).frames_of("drive", sorted(happened, key=lambda each: each[0]))
     marked = {round(frame["t"], 1): frame["refused"] for frame in frames if "refused" in frame}
-    assert marked == {1.1: [5000, 2000, 0, 1000, 0, 0], 2.1: [2000, 0, 1]}
+    assert marked == {1.1: [[5000, 2000, 0], [1000, 0, 0]], 2.1: [[2000, 0, 1]]}
     reasons = [newest(frames, "doing", time)["reason"] for time in (0.5, 1.1, 2.1, 3.3)]
     assert reasons == ["", "pose refused: not_finite", "scan refused: it is turned", "scan too old"]
 

@@ -20,7 +20,7 @@ from collplan_ros.inspect.findings import Findings, axes_of, find, wiring
 from collplan_ros.inspect.page import PAGE, write_inspect_page
 from collplan_ros.inspect.recording import Recording, RecordingError, Topics, read_recording
 from collplan_ros.inspect.stages import Stages, passed_through
-from collplan_ros.inspect.words import WRONG, line_of_cut, lines_of
+from collplan_ros.inspect.words import DOUBTFUL, WRONG, lines_of
 from collplan_ros.run.whole_file import RecordError
 
 GOOD, NOT_MENDED, UNREADABLE = 0, 1, 2
@@ -96,7 +96,8 @@ def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
     report = _report(recording, before, after, findings)
     (out / "inspect.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     write_values(findings.values, out / "found.yaml", _comment(findings))
-    lines = [line_of_cut(recording.duration)] if recording.is_cut else []
+    cut_off = DOUBTFUL, f"the recording is cut off: this is of its first {recording.duration:.1f} s"
+    lines = [cut_off] if recording.is_cut else []
     lines += lines_of(report["as_set"], report["as_found"], findings)
     for verdict, text in lines:
         print(f"{verdict:>8}  {text}")

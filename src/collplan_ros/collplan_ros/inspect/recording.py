@@ -1,7 +1,7 @@
 """A recording of any robot: its poses, scans, commands and static transforms, found by type and rate."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -59,11 +59,11 @@ class Recording:
     topics: Topics
     format: str
     duration: float
-    is_cut: bool
     poses: list[tuple[float, Any]] = field(default_factory=list)
     scans: list[tuple[float, Any]] = field(default_factory=list)
     commands: list[tuple[float, Any]] = field(default_factory=list)
     links: dict[str, Link] = field(default_factory=dict)
+    is_cut: bool = False
 
 
 def read_recording(path: Path, told: Topics, given: Mocap, said: Callable[[float], None]) -> Recording:
@@ -86,7 +86,7 @@ def read_recording(path: Path, told: Topics, given: Mocap, said: Callable[[float
             cut = [each for each in files if each.suffix == MCAP and not is_whole(each)]
             whole = [_whole_copy(each, Path(copies)) if each in cut else each for each in files]
             with AnyReader(whole, default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-                return _read(reader, path, told, given, said, bool(cut))
+                return replace(_read(reader, path, told, given, said), is_cut=bool(cut))
     except RecordingError:
         raise
     except (AnyReaderError, Ros1Error, Ros2Error, SerdeError, OSError) as error:
@@ -122,9 +122,7 @@ def _whole_copy(cut: Path, folder: Path) -> Path:
     return folder / cut.name
 
 
-def _read(
-    reader: AnyReader, file: Path, told: Topics, given: Mocap, said: Callable[[float], None], is_cut: bool
-) -> Recording:
+def _read(reader: AnyReader, file: Path, told: Topics, given: Mocap, said: Callable[[float], None]) -> Recording:
     kinds = {name: (each.msgtype or "").rsplit("/", 1)[-1] for name, each in reader.topics.items()}
     counts = {name: each.msgcount for name, each in reader.topics.items()}
     formats = {each.message: name for name, each in FORMATS.items() if not each.several or given.subject}
@@ -137,7 +135,7 @@ def _read(
         found = ", ".join(f"{name} ({kind})" for name, kind in kinds.items()) or "no topic"
         raise RecordingError(f"{file}: found {found}, expected poses ({', '.join(formats)}) or scans ({SCAN})")
     form, duration = formats.get(kinds.get(topics.poses, ""), given.format), max(reader.duration / NANOSECONDS, 1e-3)
-    taken = Recording(file.name, topics, form, duration, is_cut)
+    taken = Recording(file.name, topics, form, duration)
     rows = {topics.poses: taken.poses, topics.scans: taken.scans, topics.commands: taken.commands}
     wanted = [each for each in reader.connections if each.topic in rows or each.topic.endswith(TRANSFORMS)]
     total = max(sum(each.msgcount for each in wanted), 1)

@@ -5,7 +5,7 @@ import re
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -29,20 +29,8 @@ TICK = 0.05
 COMMAND_LASTS = 0.5
 """Silence after which a base stands by itself [s]; bases differ."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
-POSE, IMPACT, SCAN, REFUSED_POSE, REFUSED_SCAN, STANDS = range(6)
-
-
-class Happened(NamedTuple):
-    """Something that came out of the stages, and the time of receipt [s] of what made it.
-
-    `what` is of a POSE the state, of an IMPACT itself, of a SCAN itself, the state at its stamp and the movers then; of
-    a REFUSED_POSE the reason and (2,) its place [m], of a REFUSED_SCAN the reason, the scan and the state at its stamp,
-    None where that is not known; of STANDS the reason why the robot would have to stand from now on, "" for none.
-    """
-
-    received: float
-    kind: int
-    what: Any
+Happened = tuple[float, str, tuple[Any, ...]]
+"""Time of receipt [s] of what made something happen, the method of `Drawing` that shows that, and its arguments."""
 
 
 class Reasons(Refusals):
@@ -112,13 +100,13 @@ class Stages:
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
         if result.impact is not None:
             self._impacts += 1
-            self.happened.append(Happened(received, IMPACT, result.impact))
+            self.happened.append((received, "impact", (result.impact,)))
         if result.refused:
             self._refuse_pose(received, result.refused, sample.position)
         elif result.state is not None:
             self._fastest = max(self._fastest, result.speed)
             self.states.append(result.state)
-            self.happened.append(Happened(received, POSE, result.state))
+            self.happened.append((received, "pose", (result.state,)))
             joins = self._gate.take_pose(result.state, received, self._settings)
             self._watch.take_pose(result.state, received, joins, self._settings, self._sensed.movers)
             self._look_at_scans(received)
@@ -126,7 +114,7 @@ class Stages:
     def _refuse_pose(self, received: float, reason: str, at: np.ndarray | None) -> None:
         self._refused_poses[reason] += 1
         self._gate.refuse("pose", reason)
-        self.happened.append(Happened(received, REFUSED_POSE, (reason, at)))
+        self.happened.append((received, "refused_pose", (reason, at)))
 
     def take_scan(self, received: float, message: Any) -> None:
         """Takes a LaserScan, as planner and controller do."""
@@ -147,13 +135,13 @@ class Stages:
         if self._reasons["scan"] > self._told:
             self._told = self._reasons["scan"]
             at = None if self._scan is None else self._sensed.pose_at(self._scan.stamp)
-            self.happened.append(Happened(received, REFUSED_SCAN, (self._reasons.newest, self._scan, at)))
+            self.happened.append((received, "refused_scan", (self._reasons.newest, self._scan, at)))
         if placed is None or placed[0].stamp == self._seen:
             return
         self._seen, self._reasons.in_a_row = placed[0].stamp, 0
         self._tracks |= set(movers.numbers.tolist())
         self._with_mover += len(movers) > 0
-        self.happened.append(Happened(received, SCAN, (*placed, movers)))
+        self.happened.append((received, "scan", (*placed, movers)))
         self._mover_speed = max(self._mover_speed, float(np.hypot(*movers.velocities.T).max(initial=0.0)))
 
     def take_command(self, received: float, message: Any) -> None:
@@ -184,7 +172,7 @@ class Stages:
         why = self._gate.why_lost(local, settings.limits)
         if why != self._why:
             self._why = why
-            self.happened.append(Happened(local, STANDS, why))
+            self.happened.append((local, "stands", (why,)))
         if why:
             before, self._standing = self._standing, self._standing + TICK
             self._stopped += TICK

@@ -33,11 +33,6 @@ REMEDIES = {
 }
 
 
-def line_of_cut(duration: float) -> Line:
-    """The verdict on a recording that has no end."""
-    return DOUBTFUL, f"the recording is cut off: what it holds up to {duration:.1f} s is told here"
-
-
 def lines_of(as_set: Mapping[str, Any], as_found: Mapping[str, Any], findings: Findings) -> Iterator[Line]:
     """Yields a verdict and a sentence on each thing; a verdict WRONG is one that the values found do not mend."""
     for before, after in zip(_stage_lines(as_set), _stage_lines(as_found), strict=True):

@@ -59,7 +59,7 @@ def _recording(run: PlayedRun, page: int) -> str:
     return fitted(told, frames, largest_file(run.duration) - page, run.decimation)
 
 
-def fitted(told: Mapping[str, Any], frames: Sequence[Frame], largest: int, decimation: int) -> str:
+def fitted(told: Mapping[str, Any], frames: Sequence[Frame], largest: int, decimation: int = 1) -> str:
     """A recording `packed`, with fewer scans, maps and candidates where it would be too large.
 
     Args:

@@ -3,7 +3,6 @@
 import { addLine, addSegments, drawArrow, firstAfter } from "./geometry.js";
 
 const TRAIL_SHOWN = 15; // s
-const REFUSED_SIZE = 4; // px to either side
 const SMOOTH = 0.025; // s to either side
 const FLASH = 0.7; // s for which an impact is seen to happen
 const AFTER = 0.22; // s of the velocity after a contact that its arrow is long
@@ -265,25 +264,14 @@ function drawTrail(picture) {
   drawRefused(picture);
 }
 
-/** A cross where a pose was refused, a square where the robot was at a scan that was. */
+/** Where poses were refused, and where the robot was at scans that were. */
 function drawRefused({ ctx, view, colors, scene, now }) {
-  const end = firstAfter(scene.refused, now);
-  ctx.strokeStyle = colors.other;
-  ctx.lineWidth = 1.5;
-  ctx.setLineDash([]);
-  ctx.beginPath();
-  for (const { x, y, scan } of scene.refused.slice(firstAfter(scene.refused, now - TRAIL_SHOWN), end)) {
-    const [left, top, size] = [view.sx(x) - REFUSED_SIZE, view.sy(y) - REFUSED_SIZE, 2 * REFUSED_SIZE];
-    if (scan) {
-      ctx.rect(left, top, size, size);
-    } else {
-      ctx.moveTo(left, top);
-      ctx.lineTo(left + size, top + size);
-      ctx.moveTo(left + size, top);
-      ctx.lineTo(left, top + size);
-    }
+  const begin = firstAfter(scene.refused, now - TRAIL_SHOWN);
+  ctx.fillStyle = colors.other;
+  ctx.font = "14px system-ui, sans-serif";
+  for (const { x, y, scan } of scene.refused.slice(begin, firstAfter(scene.refused, now))) {
+    ctx.fillText(scan ? "□" : "✕", view.sx(x) - 5, view.sy(y) + 5);
   }
-  ctx.stroke();
 }
 
 /** Each point amid those within SMOOTH of it: what is measured trembles. */

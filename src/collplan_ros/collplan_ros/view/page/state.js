@@ -82,10 +82,7 @@ export class Scene {
       if (measured < REST_SPEED && this.rests(frame.t)) this.track.at(-1).speed = 0;
       this.fillIn();
     }
-    const refused = frame.refused ?? [];
-    for (let i = 0; i + 2 < refused.length; i += 3) {
-      this.refused.push({ t: frame.t, x: refused[i], y: refused[i + 1], scan: refused[i + 2] === 1 });
-    }
+    this.refused.push(...(frame.refused ?? []).map(([x, y, scan]) => ({ t: frame.t, x, y, scan })));
     for (const list of [this.track, this.refused]) {
       const keep = firstAfter(list, frame.t - KEPT);
       if (keep > 200) list.splice(0, keep);
