@@ -58,12 +58,13 @@ def with_view(before: Coverage | None, seen: SeenSurfaces, state: State, radius:
         state: the robot at its stamp.
         radius: radius of the robot, which stands on what is free [m].
     """
-    measured, stays = seen.kind != UNSEEN, before is not None and math.dist(state.position, before.last) < 2.0 * CELL
-    if stays and seen.sweep.closed and measured.all():
-        return before, ALL_SEEN
+    measured = seen.kind != UNSEEN
+    enough = before if before is not None and math.dist(state.position, before.last) < 2.0 * CELL else None
+    if enough is not None and seen.sweep.closed and measured.all():
+        return enough, ALL_SEEN
     gaps, wide = gaps_between(measured, seen.sweep.step)
-    if stays and len(wide) == 0:
-        return before, ALL_SEEN
+    if enough is not None and len(wide) == 0:
+        return enough, ALL_SEEN
     cells, first = _around(before, state.position)
     beams = (seen.origins if len(seen.origins) else np.zeros((len(seen.kind), 3))) + np.array([*state.position, 0.0])
     pairs, robot = np.cumsum(measured) - 1, (*state.position, radius)
