@@ -107,10 +107,10 @@ class ControllerOutputs:
         in_use, unlike, told = self._told_drive
         if drive.in_use is None or (drive.in_use == in_use and 0.0 <= now - told < DRIVE_PERIOD):
             return
-        belief, shown = drive_of(self._settings.robot), drive.steady.why_unlike
+        belief, shown = drive_of(self._settings.robot), drive.faults.why_unlike
         message = drive_to_message(drive.in_use, drive.learnt, belief, self._source, shown)
         warns = message.message if message.level == DiagnosticStatus.WARN else ""
-        if warns and not unlike:
+        if warns and _without_figures(warns) != _without_figures(unlike):
             self._log.warning(warns)
         self._drive.publish(message)
         self._told_drive = drive.in_use, warns, now
@@ -120,7 +120,7 @@ class ControllerOutputs:
         slowed = loop.override_trouble if self.command.maneuver == HAND else ""
         reason = command_in_words(self.command, slowed)
         # figures in a reason, such as an age, are no change
-        said = re.sub(r"-?\d+(\.\d+)?", "", reason), is_to_move
+        said = _without_figures(reason), is_to_move
         if said == self._said:
             return
         self._said, stamp = said, None if plan is None else plan.stamp
@@ -129,3 +129,8 @@ class ControllerOutputs:
             self._log.warning(reason)
         else:
             self._log.info(reason)
+
+
+def _without_figures(words: str) -> str:
+    """The words without numbers, which change though nothing else does."""
+    return re.sub(r"-?\d+(\.\d+)?", "", words)
