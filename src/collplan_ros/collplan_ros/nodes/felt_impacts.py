@@ -21,11 +21,7 @@ from collplan_ros.node_kit.clock import seconds
 
 
 class FeltImpacts:
-    """Publishes impacts at the poses that it is given.
-
-    Attributes:
-        newest: state of the newest of them; None before the first.
-    """
+    """Publishes impacts at the poses that it is given; `newest` is the state of the last, None before the first."""
 
     def __init__(self, node: Node, settings: Settings, clock: Clock) -> None:
         """Publishes through `node`; `clock` is that of the ages."""
