@@ -36,11 +36,13 @@ _ROWS = np.array([(delay, mass, 1.0, 0.0, 0.0, 1.0) for delay in DELAYS for mass
 def _followed(told: np.ndarray, fastest: float) -> Iterator[tuple[str, np.ndarray]]:
     """Sentences on bases, and commands (n, 2) [m/s] that each follows where it is told others.
 
-    First are right bases, with DRIFTS, then one that stands; `fastest` is the largest speed of the right ones [m/s].
+    First is one that stands, then right ones, with DRIFTS, and what `motion_monitor.py` names; `fastest` is the largest
+    speed of the right ones [m/s].
     """
     speeds = np.hypot(*told.T)[:, None]
-    yield from (("", told + drift * (speeds > 0.0)) for drift in DRIFTS)
     yield "", 0.0 * told
+    yield from (("", told + drift * (speeds > 0.0)) for drift in DRIFTS)
+    yield from (("", told * mirrored) for mirrored in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))
     yield "moves along x alone: can the base drive sideways?", told * (1.0, 0.0)
     for limit in np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8]) * fastest:
         yield "never faster than {:.2f} of {:.2f} m/s commanded: another limit?", told * (limit / speeds.clip(limit))
@@ -103,7 +105,8 @@ class BaseFaults:
         if not self._windows:
             return ""
         fits, speeds, told = zip(*self._windows, strict=True)
-        *right, stands = (found := np.sum(fits, axis=0).min(axis=1))[: len(DRIFTS) + 1]
-        if min(right) - found.min() < SURE or stands - found.min() < AWAY:
+        stands, *found = np.sum(fits, axis=0).min(axis=1).tolist()
+        least, right = min(found), min(found[: self._sentences.count("") - 1])
+        if right - least < SURE or stands - least < AWAY:
             return ""
-        return self._sentences[int(found.argmin())].format(max(speeds), max(told))
+        return self._sentences[1 + found.index(least)].format(max(speeds), max(told))
