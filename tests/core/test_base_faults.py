@@ -12,8 +12,7 @@ from collplan_core.state import State
 from collplan_core.velocity_law import VelocityLaw, velocity_after_step
 
 YAW, PERIOD = 0.7, 0.02
-TOLD = np.random.default_rng(3).uniform(-1.0, 1.0, (9, 2))
-"""Commands of 1.2 s each [m/s], up to 1.03 m/s."""
+TOLD = np.random.default_rng(3).uniform(-1.0, 1.0, (9, 2))  # 1.2 s each, up to 1.03 m/s
 FREE = VelocityLaw(1.5, 0.1, PERIOD, math.exp(-PERIOD / 0.1))
 
 
@@ -25,8 +24,7 @@ def said_of(follows, commands=TOLD, law=FREE, late=0):
         sent.append(follows(told))
         faults.take_command(told, PERIOD * k)
         v = velocity_after_step(law, *v, *sent[max(k - late, 0)])
-        moved = np.array(rotate(*(v + off), YAW))
-        faults.take_pose(State(PERIOD * (k + 1), np.zeros(2), moved, YAW), free=True)
+        faults.take_pose(State(PERIOD * (k + 1), np.zeros(2), np.array(rotate(*(v + off), YAW)), YAW), free=True)
     return faults.why_unlike
 
 
@@ -37,7 +35,6 @@ def slower(limit):
 @pytest.mark.parametrize(
     ("follows", "named"),
     [
-        (lambda told: told, ""),
         (lambda told: told * (1.0, 0.0), "moves along x alone: can the base drive sideways?"),
         (lambda told: told * 0.0, ""),
         (slower(0.4), "of 1.03 m/s commanded: another limit?"),
@@ -56,8 +53,8 @@ def test_another_base_is_named(follows, named):
 
 
 def test_a_base_that_ignores_slow_commands_is_named():
-    commands = np.vstack([TOLD[:5], 0.3 * TOLD])
-    assert said_of(lambda told: told * (np.hypot(*told) > 0.2), commands).startswith("stands at commands below 0.2 m/s")
+    said = said_of(lambda told: told * (np.hypot(*told) > 0.2), np.vstack([TOLD[:5], 0.3 * TOLD]))
+    assert said.startswith("stands at commands below 0.2 m/s")
 
 
 @pytest.mark.parametrize(
