@@ -127,9 +127,9 @@ def test_a_tilted_floor_is_a_plane_in_the_axes_and_seen_from_above():
         rows.append((x, y, *pose.position, pose.height, pose.yaw - yaw, pose.tilt))
     x, y, seen_x, seen_y, height, turned, tilt = np.array(rows).T
     np.testing.assert_allclose(np.hypot(np.hypot(seen_x, seen_y), height), np.hypot(x, y), atol=1e-12)
-    np.testing.assert_allclose(height, 0.05 * seen_x - 0.02 * seen_y, atol=1e-3)
+    np.testing.assert_allclose(height, np.tan(0.05) * seen_x - np.tan(0.02) * seen_y, atol=1e-12)
     assert abs(turned).max() < 0.002
-    np.testing.assert_allclose(tilt, np.hypot(0.05, 0.02))
+    np.testing.assert_allclose(np.tan(tilt), np.hypot(np.tan(0.05), np.tan(0.02)))
 
 
 def test_strategies_meet_the_same_noise():

@@ -353,15 +353,15 @@ class Simulation(Parameters):
     mocap_latency: float = parameter(0.0, "Time from a pose's stamp until the motion capture sends it", unit="s", low=0.0, high=0.5)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
     mocap_fault: str = parameter("none", "Error of the motion capture: yaw off by 90 or 180 degrees, tipped by 30 degrees, lifted by 0.2 m, poses 0.2 s late, stamps off by an hour, bursts each 50 ms that are stamped at receipt, or each value repeated until 0.1 s are over", choices=("none", "yaw_90", "yaw_180", "tilt", "lift", "late", "hour_ahead", "hour_back", "bursts", "repeats"), live=True)
-    floor_tilt: tuple[float, ...] = parameter((), "Slopes of the floor in the motion capture's axes, which are tilted: rise along x, and along y; empty is level", unit="rad", low=-0.2, high=0.2)
+    floor_tilt: tuple[float, ...] = parameter((0.0, 0.0), "Slopes of the floor in the motion capture's axes, which are tilted: rise along x, and along y", unit="rad", low=-0.2, high=0.2)
     marker_offset_x: float = parameter(0.0, "True place of the measured body's origin on the robot: forward", unit="m", low=-1.0, high=1.0)
     marker_offset_y: float = parameter(0.0, "True place of the measured body's origin on the robot: to the left", unit="m", low=-1.0, high=1.0)
     marker_offset_yaw: float = parameter(0.0, "True heading of the measured body on the robot", unit="rad", low=-pi, high=pi)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if len(self.floor_tilt) not in (0, 2):
-            raise ParameterError(f"simulator.floor_tilt: got {len(self.floor_tilt)} numbers, expected two slopes, or none")
+        if len(self.floor_tilt) != 2:
+            raise ParameterError(f"simulator.floor_tilt: got {len(self.floor_tilt)} numbers, expected two slopes")
 
     @property
     def publishes_clock(self) -> bool:

@@ -76,9 +76,9 @@ def with_offset(robot: PoseSample, x: float, y: float, yaw: float) -> PoseSample
 
 
 def on_tilted_floor(level: PoseSample, along_x: float, along_y: float) -> PoseSample:
-    """A pose on a level floor as axes show it in which the floor rises along x and y [rad]."""
-    steepest = math.hypot(along_x, along_y)
-    uphill = np.array([along_x, along_y]) / steepest
+    """A pose on a level floor as axes show it in which the floor has slopes along x and y [rad], not both 0."""
+    rises = np.tan((along_x, along_y))
+    steepest, uphill = math.atan(np.hypot(*rises)), rises / np.hypot(*rises)
 
     def seen_from_above(vector: np.ndarray) -> np.ndarray:
         return vector - (1.0 - math.cos(steepest)) * (vector @ uphill) * uphill
