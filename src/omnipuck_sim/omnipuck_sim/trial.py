@@ -23,10 +23,12 @@ from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.sensing.scan_filters import in_time
 from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world, world_text
+from omnipuck_sim.robot.noise import BURSTS, TOLERANCE, added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
@@ -89,6 +91,7 @@ class TrialNodes:
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
         self.measured: deque[PoseSample] = deque()
+        self._last: PoseSample | None = None
         self._movers = MoverHistory()
         self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed, self._movers)
         self._instant = InstantLidar(world, settings.lidar, seed, self._movers)
@@ -113,7 +116,8 @@ class TrialNodes:
             self._movers.add(self.simulator.time, self.simulator.movers[:, [0, 1, 4]])
 
     def measure(self) -> None:
-        self.measured.append(self.simulator.measured_pose())
+        self._last = faulty(self.simulator.measured_pose(), self.settings.simulator.mocap_fault, self._last)
+        self.measured.append(self._last)
 
     def filtered(self, sample: PoseSample) -> pose_filter.FilterResult:
         now = self.simulator.time
@@ -122,8 +126,16 @@ class TrialNodes:
         return result
 
     def mocap(self) -> None:
-        now, sample = self.simulator.time, self.measured.popleft()
-        result = self.filtered(sample)
+        simulation = self.settings.simulator
+        if simulation.mocap_fault != BURSTS:
+            self._take_sample(self.measured.popleft())
+            return
+        sent = self.simulator.time - simulation.mocap_latency + TOLERANCE
+        while self.measured and self.measured[0].stamp <= sent:
+            self._take_sample(self.measured.popleft())
+
+    def _take_sample(self, sample: PoseSample) -> None:
+        now, result = self.simulator.time, self.filtered(sample)
         if result.refused:
             self.loop.refuse_pose(result.refused)
         if result.kidnapped:
@@ -167,7 +179,7 @@ class TrialNodes:
         return self.simulator.time if self._state is None else self._state.stamp
 
     def _take_scan(self, scan: Scan) -> None:
-        self.loop.take_scan(scan, self.simulator.time)
+        self.loop.take_scan(in_time(scan, self.settings.scan), self.simulator.time)
 
     def _hear(self, decision: Decision, local: float) -> None:
         if isinstance(decision, Cycle):
@@ -244,7 +256,8 @@ def _run(nodes: TrialNodes) -> str:
     settings, simulator, record = nodes.settings, nodes.simulator, nodes.record
     rate = settings.simulator.physics_rate
     measuring, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
-    mocap = _Timer(settings.simulator.mocap_rate, rate, settings.simulator.mocap_latency)
+    latency = settings.simulator.mocap_latency + added_latency(settings.simulator.mocap_fault, 0.0)
+    mocap = _Timer(settings.simulator.mocap_rate, rate, latency)
     planner = _Timer(1.0 / map_period_of(settings.planner), rate, PLANNER_PHASE)
     controller = _Timer(settings.controller.rate, rate, CONTROLLER_PHASE)
     timers = (measuring, mocap, lidar, planner, controller)

@@ -75,6 +75,24 @@ def with_offset(robot: PoseSample, x: float, y: float, yaw: float) -> PoseSample
     return PoseSample(robot.stamp, position, _wrapped(robot.yaw + yaw), robot.height, robot.tilt)
 
 
+def on_tilted_floor(level: PoseSample, along_x: float, along_y: float) -> PoseSample:
+    """A pose on a level floor as axes show it in which the floor has slopes along x and y [rad], not both 0."""
+    rises = np.tan((along_x, along_y))
+    steepest, uphill = math.atan(np.hypot(*rises)), rises / np.hypot(*rises)
+
+    def seen_from_above(vector: np.ndarray) -> np.ndarray:
+        return vector - (1.0 - math.cos(steepest)) * (vector @ uphill) * uphill
+
+    ahead = seen_from_above(np.array([math.cos(level.yaw), math.sin(level.yaw)]))
+    return PoseSample(
+        level.stamp,
+        seen_from_above(level.position),
+        math.atan2(ahead[1], ahead[0]),
+        level.height + math.sin(steepest) * float(level.position @ uphill),
+        steepest,
+    )
+
+
 def without_offset(body: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
     """The pose of the robot on which a body with this pose sits at x, y [m], turned by `yaw` [rad]."""
     heading = _wrapped(body.yaw - yaw)
