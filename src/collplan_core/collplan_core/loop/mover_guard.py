@@ -58,15 +58,13 @@ def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan 
     if share == 1.0:
         return command
     away = _nearest(reached[row : row + 1], state, settings.robot.radius)
-    if row < len(movers):
-        return replace(sent, reason=f"keeps off a mover {away:.1f} m away")
-    assert placed is not None, "only a local map shows what is out of view"
-    return replace(sent, reason=f"keeps off {OUT_OF_VIEW} {away:.1f} m away{_why_unseen(placed, settings)}")
+    what, why = ("a mover", "") if row < len(movers) else (OUT_OF_VIEW, _why_unseen(placed, settings))
+    return replace(sent, reason=f"keeps off {what} {away:.1f} m away{why}")
 
 
-def _why_unseen(placed: PlacedScan, settings: Settings) -> str:
+def _why_unseen(placed: PlacedScan | None, settings: Settings) -> str:
     """Part of a reason where the LIDAR does not see all around, and nothing turns it; else empty."""
-    blind = placed.local_map.unseen.blind
+    blind = 0.0 if placed is None else placed.local_map.unseen.blind
     if blind == 0.0 or settings.controller.turns_to_look:
         return ""
     return f": the LIDAR sees {360.0 - math.degrees(blind):.0f} of 360 degrees, controller.turns_to_look is false"
