@@ -84,6 +84,7 @@ def findings() -> Findings:
     poses, times = driven_poses(commands, random), 100.0 + STEP * np.arange(len(commands))
     rows = list(zip(times.tolist(), poses, commands, strict=True))
     recording = Recording(
+        name="drive",
         topics=Topics("/body", "/scan", "/cmd_vel"),
         format="pose",
         duration=float(np.ptp(times)),
