@@ -17,7 +17,7 @@ from collplan_ros.inspect.found import Findings, Found
 from collplan_ros.inspect.recording import Recording, Topics
 from collplan_ros.inspect.stages import passed_through
 
-STEP, LAG, BRAKES = 0.01, 0.15, 2.0
+STEP, LAG, BRAKES = 0.01, 0.15, 1.2
 OFFSET, TILT, POST = (0.06, -0.04, 1.2), (0.05, -0.02), (20, 24)
 BEAMS, TURN = 180, 0.1
 ANGLES = -math.pi + math.tau / BEAMS * np.arange(BEAMS)
