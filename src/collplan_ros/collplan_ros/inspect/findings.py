@@ -82,8 +82,9 @@ def find(recording: Recording, settings: Settings, said: Callable[[float], None]
             _find_body(findings, body, commands, settings)
         settings = settings.with_values({key: findings.values[key] for key in findings.values if key[:6] == "mocap."})
         way = _way(_poses(recording, settings))
-        _find_axes(findings, strokes_of(way, commands))
         find_motion(findings, way, recording, settings.robot)
+        driven = settings.with_values({key: findings.values[key] for key in findings.values if key[:6] == "robot."})
+        _find_axes(findings, strokes_of(way, _commands(recording, poses, driven.robot)))
         if recording.scans:
             _find_mount(findings, recording, way, settings, said)
             if "scan.stamp_offset" not in findings.found and (ahead := _ahead(recording, poses)) > AHEAD:
