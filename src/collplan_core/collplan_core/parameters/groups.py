@@ -241,6 +241,7 @@ class Mocap(Parameters):
     frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
     units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
     axes: str = parameter("z_up", "Which axis points up; y-up coordinates x, y, z become x, -z, y", choices=("z_up", "y_up"))
+    floor_tilt: tuple[float, ...] = parameter((0.0, 0.0), "Slopes of the floor in these axes, z up: rise along x, and along y. Small ones are also found while driving", unit="rad", low=-0.2, high=0.2)
     body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0)
     body_offset_y: float = parameter(0.0, "The measured body's origin seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi)
@@ -252,6 +253,8 @@ class Mocap(Parameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_topic("mocap.topic", self.topic)
+        if len(self.floor_tilt) != 2:
+            raise ParameterError(f"mocap.floor_tilt: got {len(self.floor_tilt)} numbers, expected two slopes")
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,8 @@ class MeasuredPose:
 def robot_pose(measured: MeasuredPose, received: float, mocap: Mocap) -> PoseSample:
     """The robot's centre and heading, in metres, z up; stamped with `received` [s] where the measurement has no stamp.
 
+    Its height is that above a floor as of `mocap.floor_tilt`.
+
     Raises:
         PoseError: no pose; see `check_pose_fields`.
     """
@@ -60,6 +62,8 @@ def robot_pose(measured: MeasuredPose, received: float, mocap: Mocap) -> PoseSam
     scaled = tuple(METRES[mocap.units] * value for value in position)
     stamp = received if measured.stamp is None else measured.stamp
     body = check_pose_fields(stamp, scaled, quaternion, mocap.quaternion_tolerance)
+    (x, y), (along_x, along_y) = body.position.tolist(), mocap.floor_tilt
+    body = replace(body, height=body.height - x * math.tan(along_x) - y * math.tan(along_y))
     return without_offset(body, mocap.body_offset_x, mocap.body_offset_y, mocap.body_offset_yaw)
 
 
