@@ -9,7 +9,8 @@ from driven_robots import ROOM
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing.spinning_lidar import sweeps_of
-from collplan_ros.inspect.findings import Found, find, wiring
+from collplan_ros.inspect.findings import find, wiring
+from collplan_ros.inspect.found import Found
 from collplan_ros.inspect.recording import Recording, Topics
 from collplan_ros.messages.conversions import pose_to_message, scan_to_message, twist_of
 from omnipuck_sim.robot.noise import added_latency, faulty
@@ -34,7 +35,7 @@ def drawn(random: np.random.Generator) -> Settings:
 def recorded(settings: Settings, seed: int, drive: str) -> Recording:
     """Of turns in place and ways between random points; "no turn" keeps the heading, and "rest" stands."""
     simulator, sweeps = Simulator(ROOM, settings, seed, np.zeros(2)), sweeps_of(ROOM, settings.lidar, seed)
-    taken = Recording(Topics("/pose", "/scan", "/cmd_vel"), "pose", DURATION)
+    taken = Recording("drawn", Topics("/pose", "/scan", "/cmd_vel"), "pose", DURATION)
     random, aim, fault, last = np.random.default_rng(seed), np.zeros(2), settings.simulator.mocap_fault, None
     rate = settings.simulator.physics_rate / STEPS
     for count in range(round(DURATION * rate)):
