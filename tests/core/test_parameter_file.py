@@ -45,7 +45,8 @@ def values_of(spec: Spec) -> st.SearchStrategy:
     if kind is float:
         return st.floats(spec.low, spec.high)
     if kind is tuple:
-        return st.lists(st.floats(spec.low, spec.high), max_size=8).map(tuple)
+        count = len(spec.default)
+        return st.lists(st.floats(spec.low, spec.high), min_size=count, max_size=count or 8).map(tuple)
     return st.text(st.characters(codec="utf-8", exclude_categories=["C"]), max_size=8)
 
 
@@ -263,10 +264,10 @@ def refusal(spec: Spec, value: object) -> str:
 
 
 def of_kind(number: float, spec: Spec) -> object:
-    """A value of the parameter's type made of a number: of a fence three corners, of a mask both its ends."""
+    """A value of the parameter's type made of a number: of a fence three corners, of a mask or floor both numbers."""
     if spec.key == "limits.fence":
         return (0.0, 0.0, number, 0.0, 0.0, number)
-    if spec.key == "scan.masked_angles":
+    if spec.key == "scan.masked_angles" or spec.key.endswith(".floor_tilt"):
         return (number, number)
     return (number,) if isinstance(spec.default, tuple) else type(spec.default)(number)
 
