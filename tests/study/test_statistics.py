@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
-from collplan_study.analysis import statistics
+from collplan_study.analysis import results, statistics
 from collplan_study.analysis.pairs import paired, samples
 from collplan_study.analysis.statistics import (
     MEAN,
@@ -19,7 +19,6 @@ from collplan_study.analysis.statistics import (
     share,
     spread_over,
 )
-from collplan_study.paper import cases
 
 
 @pytest.fixture(autouse=True)
@@ -110,12 +109,12 @@ def test_pairs_are_what_both_have():
 
 def test_verdicts():
     for estimate, beside_the_paper, alone in [
-        (Estimate(3.0, 1.0, 5.0), cases.HOLDS, cases.BETTER),
-        (Estimate(3.0, -1.0, 5.0), cases.SAME, cases.OPEN),
-        (Estimate(3.0, note="few"), cases.SAME, cases.OPEN),
-        (Estimate(-3.0, -4.0, 5.0), cases.OPPOSITE, cases.OPEN),
-        (Estimate(-3.0, -4.0, -1.0), cases.REVERSED, cases.WORSE),
-        (Estimate(None), cases.UNKNOWN, cases.UNKNOWN),
+        (Estimate(3.0, 1.0, 5.0), results.HOLDS, results.BETTER),
+        (Estimate(3.0, -1.0, 5.0), results.SAME, results.OPEN),
+        (Estimate(3.0, note="few"), results.SAME, results.OPEN),
+        (Estimate(-3.0, -4.0, 5.0), results.OPPOSITE, results.OPEN),
+        (Estimate(-3.0, -4.0, -1.0), results.REVERSED, results.WORSE),
+        (Estimate(None), results.UNKNOWN, results.UNKNOWN),
     ]:
-        verdicts = [cases.verdict_of(estimate, paper) for paper in (7.6, None)]
+        verdicts = [results.verdict_of(estimate, paper) for paper in (7.6, None)]
         assert verdicts == [beside_the_paper, alone], estimate

@@ -28,18 +28,15 @@ MEASURES = (MEAN, SPREAD)
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and its interval.
-
-    Attributes:
-        value: None where it is not defined.
-        low, high: ends of the interval; None where there is none.
-        note: reason why value or interval are missing, else empty.
-    """
+    """A number and its interval."""
 
     value: float | None
+    """None where it is not defined."""
     low: float | None = None
     high: float | None = None
+    """Ends of the interval; None where there is none."""
     note: str = ""
+    """Reason why value or interval are missing, else empty."""
 
     @property
     def resolved(self) -> bool:
@@ -48,13 +45,7 @@ class Estimate:
 
     def negated(self) -> "Estimate":
         """The estimate of the negated number."""
-        value, low, high = (None if number is None else 0.0 - number for number in (self.value, self.high, self.low))
-        return Estimate(value, low, high, self.note)
-
-    def plus(self, number: float) -> "Estimate":
-        """The estimate of the sum with a constant."""
-        value, low, high = (None if end is None else end + number for end in (self.value, self.low, self.high))
-        return Estimate(value, low, high, self.note)
+        return Estimate(*(None if n is None else 0.0 - n for n in (self.value, self.high, self.low)), self.note)
 
 
 def level_of(measure: str, sample: Sample) -> Estimate:
@@ -68,12 +59,7 @@ def level_of(measure: str, sample: Sample) -> Estimate:
 
 
 def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
-    """Improvement 100 (1 - ours / other) [%] of a statistic. Paper: Table I.
-
-    Args:
-        measure: MEAN or SPREAD, as `level_of`.
-        ours, other: paired runs in the same order; they are resampled in pairs.
-    """
+    """Improvement 100 (1 - ours / other) [%] of a statistic, of pairs of runs in the same order. Paper: Table I."""
     (units, formula), (other_units, _) = _units(measure, ours), _units(measure, other)
     if len(units) and np.array_equal(units, other_units):
         return Estimate(0.0, note="equal in each")
@@ -83,11 +69,6 @@ def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
             return 100.0 * (1.0 - formula(a, axis=axis) / formula(b, axis=axis))
 
     return _estimate((units, other_units), percent)
-
-
-def share_of(part: Sample, whole: Sample) -> Estimate:
-    """Mean of `part` over mean of `whole` [%]; paired runs in the same order."""
-    return improvement(MEAN, part, whole).negated().plus(100.0)
 
 
 def share(successes: int, runs: int) -> Estimate:

@@ -1,44 +1,13 @@
-"""Content of a report: its figures, pictures, numbers as text, and the templates of its page."""
+"""Numbers of a report as text, and the environment of its template."""
 
 import base64
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from collplan_study.analysis.statistics import Estimate
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure that is also a file in the study's folder.
-
-    Attributes:
-        svg: the figure.
-        words: description of it.
-        caption: the line below it.
-    """
-
-    svg: str
-    words: str
-    caption: str
-
-
-@dataclass(frozen=True, eq=False)
-class Report:
-    """The report of a study.
-
-    Attributes:
-        record: the results as table.json holds them.
-        template: template of its page, by name.
-        values: values of that template.
-    """
-
-    record: Mapping[str, Any]
-    template: str
-    values: Mapping[str, Any]
 
 
 def with_interval(estimate: Estimate, digits: int, unit: str = "") -> str:
@@ -75,14 +44,9 @@ def listed(values: Mapping[str, Any]) -> str:
 
 @cache
 def environment() -> Environment:
-    """Environment of the templates; values are escaped."""
-    made = Environment(
-        loader=PackageLoader("collplan_study", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    """Environment of the template; values are escaped."""
+    loader = PackageLoader("collplan_study", "templates")
+    made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     made.filters["base64"] = lambda text: base64.b64encode(text.encode()).decode()
     made.filters |= {"interval": with_interval, "number": number, "text": as_text, "listed": listed}
     return made

@@ -2,15 +2,12 @@
 
 import re
 from collections.abc import Sequence
-from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-from collplan_study.report.content import Picture
 
 FIGURES = "figures"
 """Folder of the figures in that of the study."""
@@ -51,19 +48,22 @@ def look_of(strategy: str, strategies: Sequence[str]) -> tuple[str, str]:
     return colours[strategy], MARKS[strategies.index(strategy) % len(MARKS)]
 
 
-def saved_picture(folder: Path, name: str, figure: Figure, words: str, caption: str = "{0}.png, {0}.svg") -> Picture:
-    """Saves a figure as figures/NAME.png and .svg in a study's folder; {0} in a caption is their path, {1} `words`."""
-    # only characters that every file system takes
-    file = FIGURES + "/" + re.sub(r"[^\w.-]+", "-", name).strip("-")
-    (folder / FIGURES).mkdir(exist_ok=True)
-    return Picture(save_figure(figure, folder / file), words, caption.format(file, words))
+class Picture(NamedTuple):
+    """A figure that is also a file in the study's folder."""
+
+    svg: str
+    words: str
+    """Description of it."""
+    file: str
+    """Its path in the folder of the study, without .png or .svg."""
 
 
 @rc_context(STYLE)
-def save_figure(figure: Figure, stem: Path) -> str:
-    """Writes stem.png and stem.svg; returns the text of the SVG."""
-    figure.savefig(stem.with_name(stem.name + ".png"), dpi=150)
-    buffer = BytesIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
-    stem.with_name(stem.name + ".svg").write_bytes(buffer.getvalue())
-    return buffer.getvalue().decode()
+def saved_picture(folder: Path, name: str, figure: Figure, words: str) -> Picture:
+    """Saves a figure as figures/NAME.png and .svg in a study's folder."""
+    # only characters that every file system takes
+    file = FIGURES + "/" + re.sub(r"[^\w.-]+", "-", name).strip("-")
+    (folder / FIGURES).mkdir(exist_ok=True)
+    figure.savefig(folder / f"{file}.png", dpi=150)
+    figure.savefig(folder / f"{file}.svg", metadata={"Date": None})
+    return Picture((folder / f"{file}.svg").read_text(encoding="utf-8"), words, file)

@@ -1,31 +1,29 @@
-"""Pools of workers for the trials: this process, several processes, or a Dask cluster."""
+"""Trials in a pool of workers, a bounded number of batches at a time: this process, several, or a Dask cluster."""
 
 import logging
 import multiprocessing
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 
-from collplan_study.errors import StudyError
-from collplan_study.run.provenance import trial_code
-from collplan_study.run.worker import enter_worker
+from tqdm import tqdm
+
+from collplan_study.errors import StudyError, WorkersLost
+from collplan_study.question.grid import Task
+from collplan_study.run.rows import TrialRow
+from collplan_study.run.worker import enter_worker, run_batch
 
 Pool = tuple[Executor, int]
 """An executor and its number of workers."""
 PATIENCE = 10.0
 """Time within which a Dask scheduler must answer [s]."""
-
-
-def open_pool(jobs: int, dask: str | None) -> AbstractContextManager[Pool]:
-    """Context of the pool that trials run in: the Dask cluster at address `dask` if given, else `jobs` processes.
-
-    Raises:
-        StudyError: on entering, when the cluster cannot be used.
-    """
-    if dask is not None:
-        return _on_cluster(dask)
-    return _in_this_process() if jobs == 1 else _in_processes(jobs)
+BATCH = 4
+"""Trials in a batch: some tenths of a second of work, and one write to the disk."""
+QUEUED = 2
+"""Batches submitted for each worker."""
 
 
 class InThisProcess(Executor):
@@ -39,23 +37,27 @@ class InThisProcess(Executor):
 
 
 @contextmanager
-def _in_this_process() -> Iterator[Pool]:
-    yield InThisProcess(), 1
+def open_pool(jobs: int, dask: str | None) -> Iterator[Pool]:
+    """Context of the pool that trials run in: the Dask cluster at address `dask` if given, else `jobs` processes.
+
+    Raises:
+        StudyError: on entering, when the cluster cannot be used.
+    """
+    if dask is not None:
+        yield from _on_cluster(dask)
+    elif jobs == 1:
+        yield InThisProcess(), 1
+    else:
+        # the fork server imports everything once; workers are forked from it before it has any thread
+        context = multiprocessing.get_context("forkserver")
+        context.set_forkserver_preload(["collplan_study.run.worker"])
+        executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=enter_worker)
+        try:
+            yield executor, jobs
+        finally:
+            executor.shutdown(cancel_futures=True)
 
 
-@contextmanager
-def _in_processes(jobs: int) -> Iterator[Pool]:
-    # the fork server imports everything once; workers are forked from it before it has any thread
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["collplan_study.run.worker"])
-    executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=enter_worker)
-    try:
-        yield executor, jobs
-    finally:
-        executor.shutdown(cancel_futures=True)
-
-
-@contextmanager
 def _on_cluster(address: str) -> Iterator[Pool]:
     # imported late: it takes a second, and few studies need it
     from distributed import Client
@@ -68,20 +70,41 @@ def _on_cluster(address: str) -> Iterator[Pool]:
     except (OSError, ValueError, TypeError) as error:
         raise StudyError(f"--dask {address}: no scheduler answers there ({type(error).__name__}: {error})") from None
     with client:
-        _check_code(client.run, address)
-        yield client.get_executor(pure=False), sum(client.ncores().values())
+        workers = sum(client.ncores().values())
+        if not workers:
+            raise StudyError(f"--dask {address}: the scheduler has no workers")
+        yield client.get_executor(pure=False), workers
 
 
-def _check_code(run: Callable[..., dict[str, str]], address: str) -> None:
-    """Refuses workers with other code than this process; `run` calls a function in each."""
-    own_code = trial_code()
+def run_tasks(tasks: Iterable[Task], pool: Pool, code: str) -> Iterator[list[TrialRow]]:
+    """The records of each batch as it is completed, in no order. Memory does not grow with the number of tasks.
+
+    Raises:
+        WorkersLost: the executor broke, or a worker has other code than `code`: one may join at any time.
+    """
+    (executor, workers), remaining = pool, iter(tasks)
+    batches = iter(lambda: tuple(islice(remaining, BATCH)), ())
+    pending: set[Future[list[TrialRow]]] = set()
     try:
-        codes = run(trial_code)
+        while True:
+            pending |= {executor.submit(run_batch, batch) for batch in islice(batches, QUEUED * workers - len(pending))}
+            if not pending:
+                return
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for rows in [future.result() for future in done]:
+                for found in {row.get("code") for row in rows} - {code}:
+                    joined = f"a worker with other code or libraries ({found}) has joined"
+                    raise WorkersLost(f"{joined}, here is {code}: end it")
+                yield rows
+    except WorkersLost:
+        raise
     except Exception as error:
-        # whatever a worker raises, most likely an import error: the project is not installed there
-        raise StudyError(f"--dask {address}: a worker cannot run trials ({type(error).__name__}: {error})") from None
-    if not codes:
-        raise StudyError(f"--dask {address}: the scheduler has no workers")
-    for worker, code in codes.items():
-        if code != own_code:
-            raise StudyError(f"--dask {address}: worker {worker} has other code: {code}, here {own_code}")
+        # run_batch catches what a trial raises: any error left is the executor's
+        said = f"{type(error).__name__}: {error}".removesuffix(": ")
+        raise WorkersLost(f"workers, or the scheduler of their cluster, are gone ({said})") from error
+
+
+def progress_bar(total: int, done: int, unit: str) -> tqdm:
+    """A bar on standard error of how many are done, of a unit such as "trial"; every 30 s where nobody watches."""
+    period = 0.5 if sys.stderr.isatty() else 30.0
+    return tqdm(total=total, initial=done, unit=unit, mininterval=period, maxinterval=2.0 * period)

@@ -11,11 +11,13 @@ from time import perf_counter
 from collplan_core.warm_up import warm_up
 from collplan_study.question.grid import Task
 from collplan_study.run.provenance import trial_code
-from collplan_study.tables.rows import NO_PATH, TrialRow, error_measures, impact_rows, measures, sampled_path
+from collplan_study.run.rows import NO_PATH, TrialRow, error_measures, impact_rows, measures, sampled_path
 from omnipuck_sim.trial import run_trial
 
 CODE = trial_code()
 """Of what this process runs: taken at the import, as the files may change later."""
+# once in every process; else the first trial's planning times would include compiling
+_warm_up_once = cache(warm_up)
 
 
 def run_batch(tasks: Sequence[Task]) -> list[TrialRow]:
@@ -34,12 +36,6 @@ def _run_task(task: Task) -> TrialRow:
         measured, path, impacts = error_measures(error), NO_PATH, []
     row = {**task.labels, **measured}
     return {"index": task.index, "code": CODE, "row": row, "path": path, "impacts": impacts}
-
-
-@cache
-def _warm_up_once() -> None:
-    # once in every process; else the first trial's planning times would include compiling
-    warm_up()
 
 
 def enter_worker() -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import isfinite
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +11,7 @@ from collplan_core.parameters import all_specs
 from omnipuck_sim.trial_record import TrialResult
 
 LABELS: dict[str, type] = {
-    "world": str,
-    "family": str,
-    "ablation": str,
-    "engine": str,
-    "strategy": str,
+    **dict.fromkeys(("world", "family", "ablation", "engine", "strategy"), str),
     "map_period_s": float,
 }
 """First columns of every table: the cell of the grid that a trial belongs to. The --set axes follow, then TRIAL."""
@@ -43,11 +39,8 @@ MEASURES: dict[str, type] = {
 REBOUND = ("direction_error_rad", "foreseen_speed", "measured_speed")
 """Columns of an impact's rebound, present where the last plan before the impact foresaw it; speeds in m/s."""
 IMPACT: dict[str, type] = {
-    "x": float,
-    "y": float,
-    "speed_into": float,
-    "foreseen": bool,
-    "deliberate": bool,
+    **dict.fromkeys(("x", "y", "speed_into"), float),
+    **dict.fromkeys(("foreseen", "deliberate"), bool),
     **dict.fromkeys(REBOUND, float),
 }
 """Columns of an impact: contact point [m], speed into the wall [m/s], whether a plan in force foresaw it, and whether
@@ -60,27 +53,13 @@ PATH_UNIT = 1e-4
 
 Path = dict[str, list[int]]
 NO_PATH: Path = {"t_ms": [], "x": [], "y": []}
-
-
-class TrialRow(TypedDict):
-    """One trial as JSON holds it.
-
-    Its place in the grid, the hash of the code that ran it, every column by name, its sampled path, a row per impact.
-    """
-
-    index: int
-    code: str
-    row: dict[str, Any]
-    path: Path
-    impacts: list[dict[str, Any]]
+TrialRow = dict[str, Any]
+"""A trial as JSON holds it: its `index` in the grid, the `code` that ran it, its `row` of columns, its `path`, and a
+row for each of its `impacts`."""
 
 
 def columns(axes: Sequence[str]) -> dict[str, type]:
-    """Name and type of every column of the trials' table, in order.
-
-    Args:
-        axes: keys of the --set axes.
-    """
+    """Name and type of every column of the trials' table, in order; `axes` are the keys of the --set axes."""
     known = all_specs()
     return {**LABELS, **{key: type(known[key].default) for key in axes}, **TRIAL, **MEASURES}
 
@@ -90,24 +69,23 @@ def axes_of(names: Sequence[str]) -> Sequence[str]:
     return names[len(LABELS) : names.index(next(iter(TRIAL)))]
 
 
-def blank() -> dict[str, Any]:
-    """Measures of a trial that has none: every column None."""
-    return dict.fromkeys(MEASURES)
-
-
 def measures(result: TrialResult, wall_time: float) -> dict[str, Any]:
     """The measured columns of a trial that took `wall_time` [s]; None where there is nothing to measure."""
-    times = 1e3 * result.plan_times
+    times, trajectory, periods = 1e3 * result.plan_times, result.trajectory, sum(result.maneuvers.values())
+    moved = len(trajectory) > 0 and trajectory[-1, 0] > 0.0
     return {
         "outcome": result.outcome,
         "arrival_time_s": result.arrival_time,
         "path_length_m": result.path_length,
-        **_impact_measures(result),
-        "mean_speed": _mean_speed(result),
+        "impacts": len(result.impacts),
+        "deliberate_impacts": int(result.deliberate.sum()),
+        "unforeseen_impacts": int((~result.foreseen).sum()),
+        "mean_speed": float(result.path_length / trajectory[-1, 0]) if moved else None,
+        "max_impact_speed": max((impact.speed_into for impact in result.impacts), default=0.0),
         "plans": len(result.plans),
         "candidates_mean": _mean(result.candidates),
         "candidates_before_pruning_mean": _mean(result.candidates_before_pruning),
-        **_shares(result.maneuvers),
+        **{f"share_{each}": result.maneuvers.get(each, 0) / periods if periods else None for each in MANEUVERS},
         "plan_time_ms_p50": float(np.percentile(times, 50)) if len(times) else None,
         "plan_time_ms_p99": float(np.percentile(times, 99)) if len(times) else None,
         "wall_time_s": wall_time,
@@ -115,10 +93,14 @@ def measures(result: TrialResult, wall_time: float) -> dict[str, Any]:
     }
 
 
+def _mean(counts: np.ndarray) -> float | None:
+    return float(counts.mean()) if len(counts) else None
+
+
 def error_measures(error: Exception) -> dict[str, Any]:
     """The measured columns of a trial that raised."""
     message = " ".join(f"{type(error).__name__}: {error}".split())
-    return {**blank(), "outcome": ERROR, "error": message}
+    return {**dict.fromkeys(MEASURES), "outcome": ERROR, "error": message}
 
 
 def sampled_path(trajectory: np.ndarray) -> Path:
@@ -136,48 +118,9 @@ def sampled_path(trajectory: np.ndarray) -> Path:
 
 def impact_rows(result: TrialResult) -> list[dict[str, Any]]:
     """The columns of each impact of a trial, in their order; None where there is nothing to compare."""
+    found = zip(result.impacts, result.foreseen.tolist(), result.deliberate.tolist(), result.rebounds, strict=True)
     return [
-        {
-            **dict(zip("xy", impact.point.tolist(), strict=True)),
-            "speed_into": impact.speed_into,
-            "foreseen": foreseen,
-            "deliberate": deliberate,
-            **_rebound(rebound),
-        }
-        for impact, foreseen, deliberate, rebound in zip(
-            result.impacts,
-            result.foreseen.tolist(),
-            result.deliberate.tolist(),
-            result.rebounds.tolist(),
-            strict=True,
-        )
+        dict(zip(IMPACT, (*impact.point.tolist(), impact.speed_into, foreseen, deliberate, *rebound), strict=True))
+        for impact, foreseen, deliberate, rebounds in found
+        for rebound in [[value if isfinite(value) else None for value in rebounds.tolist()]]
     ]
-
-
-def _rebound(numbers: list[float]) -> dict[str, float | None]:
-    return {name: value if isfinite(value) else None for name, value in zip(REBOUND, numbers, strict=True)}
-
-
-def _impact_measures(result: TrialResult) -> dict[str, Any]:
-    return {
-        "impacts": len(result.impacts),
-        "deliberate_impacts": int(result.deliberate.sum()),
-        "unforeseen_impacts": int((~result.foreseen).sum()),
-        "max_impact_speed": max((impact.speed_into for impact in result.impacts), default=0.0),
-    }
-
-
-def _mean_speed(result: TrialResult) -> float | None:
-    trajectory = result.trajectory
-    if len(trajectory) == 0 or trajectory[-1, 0] <= 0.0:
-        return None
-    return float(result.path_length / trajectory[-1, 0])
-
-
-def _mean(counts: np.ndarray) -> float | None:
-    return float(counts.mean()) if len(counts) else None
-
-
-def _shares(periods: dict[str, int]) -> dict[str, float | None]:
-    total = sum(periods.values())
-    return {f"share_{maneuver}": periods.get(maneuver, 0) / total if total else None for maneuver in MANEUVERS}
