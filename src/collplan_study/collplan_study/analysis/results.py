@@ -19,7 +19,6 @@ from collplan_study.analysis.statistics import (
     improvement,
     level_of,
     share,
-    spread_over,
 )
 from collplan_study.question.specification import LONGER, PANELS, SAVED, SLOWER, TIME, Specification
 from collplan_study.run.rows import ERROR, SHARES, axes_of
@@ -138,8 +137,6 @@ class CaseResults:
     ablation: str
     """Name of the change; empty as shipped."""
     worlds: list[str]
-    spread: str
-    """Name of the units that standard deviations are taken over."""
     main_periods: dict[str, float]
     """T_map [s] at which each strategy is compared: the paper's, else its smallest. The one that is judged is first."""
     cells: list[Cell]
@@ -241,7 +238,6 @@ def _results(
         case=case,
         ablation=ablation,
         worlds=distinct(rows, "world"),
-        spread=spread_over(sample(of(rows, ours, mains[ours]), TIME)),
         main_periods=mains,
         cells=[cell(each, at) for each, found in periods.items() for at in ([mains[each]] if ablation else found)],
         comparisons=[each for other in others for each in compared(other, mains)],
@@ -266,13 +262,11 @@ def verdict_of(estimate: Estimate, paper: float | None) -> str:
     """Verdict on an improvement [%], beside the one that the paper prints if it does."""
     if estimate.value is None:
         return UNKNOWN
-    better = estimate.value > 0.0
-    if paper is None:
-        return (BETTER if better else WORSE) if estimate.resolved else OPEN
     # all improvements that the paper prints are above zero
+    words = (BETTER, OPEN, OPEN, WORSE) if paper is None else (HOLDS, SAME, OPPOSITE, REVERSED)
     if estimate.resolved:
-        return HOLDS if better else REVERSED
-    return SAME if better else OPPOSITE
+        return words[0] if estimate.value > 0.0 else words[3]
+    return words[1] if estimate.value > 0.0 else words[2]
 
 
 def _by_world(ours: pl.DataFrame, other: pl.DataFrame) -> list[dict[str, Any]]:

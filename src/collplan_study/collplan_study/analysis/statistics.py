@@ -81,11 +81,6 @@ def share(successes: int, runs: int) -> Estimate:
     return Estimate(100.0 * successes / runs, 100.0 * float(interval.low), 100.0 * float(interval.high))
 
 
-def spread_over(sample: Sample) -> str:
-    """Name of the units that the standard deviation of a sample is taken over: runs in a world, or worlds."""
-    return "worlds" if len(sample) > 1 and max(map(len, sample)) == 1 else "runs in a world"
-
-
 def _units(measure: str, sample: Sample) -> tuple[np.ndarray, Statistic]:
     """The units that are resampled, and the statistic of them."""
     if len(sample) <= 1 or max(map(len, sample)) == 1:

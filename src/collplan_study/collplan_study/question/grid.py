@@ -35,16 +35,11 @@ class Source:
 def load_sources(
     texts: Sequence[str], start: Sequence[float] | None = None, goal: Sequence[float] | None = None
 ) -> tuple[Source, ...]:
-    """Every world that values of `--worlds` name, in their order; a start or goal x, y [m] replaces the worlds' own.
-
-    Raises:
-        WorldError: a world cannot be read or used.
-        StudyError: two worlds have the same name, which would give them the same noise and mix their rows.
-    """
+    """Every world that values of `--worlds` name, in their order; a start or goal x, y [m] replaces the worlds' own."""
     ends = {key: np.array(point) for key, point in (("start", start), ("goal", goal)) if point is not None}
     found = [(_moved(world, ends), family) for text in texts for world, family in _worlds_of(text)]
     for name, count in Counter(world.name for world, _ in found).items():
-        if count > 1:
+        if count > 1:  # they would have the same noise, and their rows would mix
             raise StudyError(f"--worlds: {count} worlds are called {name}, expected each once")
     return tuple(Source(world, family or world.name) for world, family in found)
 
@@ -101,12 +96,7 @@ def trial_seed(study_seed: int, world: str, trial: int) -> int:
 def make_grid(question: Question, sources: Sequence[Source], ablations: Changes = NO_ABLATION) -> tuple[Task, ...]:
     """The trials of a question over its worlds, which are `sources`: cell by cell, in each the trials 0, 1, ...
 
-    Ablations override the axes.
-
-    Raises:
-        StudyError: the grid is empty, or a value is given twice.
-        ParameterError: an unknown parameter or a value out of its range.
-        WorldError: a world without a route from start to goal for the robot.
+    Ablations override the axes. A parameter, or a world without a route for the robot, is refused before any trial.
     """
     axes = parse_axes(question.values)
     points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]

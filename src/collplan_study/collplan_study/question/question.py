@@ -36,10 +36,6 @@ def flag_of(name: str) -> str:
     return "--set" if name == "values" else f"--{name.replace('_', '-')}"
 
 
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(text.split(","))
-
-
 def _numbers(text: str) -> tuple[float, ...]:
     return tuple(map(float, text.split(",")))
 
@@ -57,7 +53,7 @@ _CHANGES = "change a parameter; several values make an axis; may be given severa
 _ENGINES = f"engine that computes contacts: {' or '.join(all_specs()['simulator.engine'].choices)} (default pymunk)"
 _ABLATIONS = f"run each named ablation too ({_shown(PAPER.with_ablations)})"
 _BOUNCES = f"measure the gain by deliberate bounces, in worlds not used for tuning ({_shown(BOUNCES.defaults)})"
-_NAMES: dict[str, Any] = {"type": _names, "metavar": "A,..."}
+_NAMES: dict[str, Any] = {"type": lambda text: tuple(text.split(",")), "metavar": "A,..."}
 _NUMBER: dict[str, Any] = {"type": int, "metavar": "N"}
 _POSITION: dict[str, Any] = {"type": float, "nargs": 2, "metavar": ("X", "Y")}
 
@@ -96,7 +92,7 @@ class Question:
             if strategy not in self.strategies:
                 expected = f"expected some of --strategies {','.join(self.strategies)}"
                 raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
-        if self.specification.compares:
+        if self.bounces:
             several = [f"--set {text}" for text in self.values if "," in text]
             if several or len(self.map_periods or ()) > 1:
                 option = (*several, "--map-periods")[0]
@@ -114,12 +110,7 @@ def _check_once(option: str, values: Sequence[Any] | None) -> None:
 
 
 def question_from(record: Mapping[str, Any]) -> Question:
-    """The question of a record, as JSON holds it.
-
-    Raises:
-        TypeError: the record has keys that a question has not.
-        StudyError: a value is out of range.
-    """
+    """The question of a record, as JSON holds it; a TypeError where it has keys that a question has not."""
     return Question(**{key: tuple(value) if isinstance(value, list) else value for key, value in record.items()})
 
 
@@ -181,11 +172,7 @@ class StudyOptions:
     """Whether report and figures are made."""
 
     def question(self, recorded: Question | None = None) -> Question:
-        """The question of a new study, or that of the recorded one that is resumed.
-
-        Raises:
-            StudyError: the command line contradicts the recorded question, or asks for something impossible.
-        """
+        """The question of a new study, or that of the recorded one, which the command line must not contradict."""
         if recorded is None:
             specification = specification_of(bool(self.overrides.get("bounces")))
             asked = specification.with_ablations if self.overrides.get("ablations") else specification.defaults
@@ -222,18 +209,12 @@ examples:
   study --worlds random:0-99 --map-periods 0.2 --trials 4   worlds not used for tuning
   study --set robot.max_acceleration=1,1.5,3                one more axis
   study --bounces --worlds u:0-7 --seed 1                   gain by deliberate bounces, in few worlds
-  study --bounces --engine mujoco --out runs/mujoco         the same with a compliant ring
-  study --resume runs/study-2026-01-31_12-00-00             the trials missing there
   study --resume runs/study-2026-01-31_12-00-00 --run none  tables and report of the trials done
 """
 
 
 def parse(args: Sequence[str] | None = None) -> StudyOptions:
-    """Parses a command line, by default that of the process.
-
-    Raises:
-        StudyError: options that exclude each other or are out of range.
-    """
+    """Parses a command line, by default that of the process."""
     parser = parser_of("study", DESCRIPTION, EPILOG)
     grid, how = parser.add_argument_group("the grid"), parser.add_argument_group("how it is run")
     for group, parts in ((grid, fields(Question)), (how, fields(StudyOptions))):

@@ -96,7 +96,7 @@ DEFAULTS: Mapping[str, Any] = {
 
 @dataclass(frozen=True, eq=False)
 class Specification:
-    """A question that the pipeline can ask: grid, trials, tables and report are the same for each."""
+    """What tells one question from the other; grid, trials, tables and report are the same for both."""
 
     title: str
     defaults: Mapping[str, Any]
@@ -116,8 +116,6 @@ class Specification:
     """Those that say what the strategy that is judged loses."""
     pooled: tuple[str, ...] = ()
     """Families that are also judged together."""
-    compares: bool = False
-    """Whether all strategies are compared at one T_map and one value of each parameter."""
 
 
 PAPER = Specification(
@@ -141,7 +139,6 @@ BOUNCES = Specification(
     judged=((TIME, SAVED),),
     losses=((TIME, SLOWER), (LENGTH, LONGER)),
     pooled=FAMILIES,
-    compares=True,
 )
 
 

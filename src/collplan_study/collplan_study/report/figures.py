@@ -1,6 +1,7 @@
 """Style that all figures of a report share, and saving them in the study's folder."""
 
 import re
+from base64 import b64encode
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -52,6 +53,7 @@ class Picture(NamedTuple):
     """A figure that is also a file in the study's folder."""
 
     svg: str
+    """In base64."""
     words: str
     """Description of it."""
     file: str
@@ -66,4 +68,4 @@ def saved_picture(folder: Path, name: str, figure: Figure, words: str) -> Pictur
     (folder / FIGURES).mkdir(exist_ok=True)
     figure.savefig(folder / f"{file}.png", dpi=150)
     figure.savefig(folder / f"{file}.svg", metadata={"Date": None})
-    return Picture((folder / f"{file}.svg").read_text(encoding="utf-8"), words, file)
+    return Picture(b64encode((folder / f"{file}.svg").read_bytes()).decode(), words, file)

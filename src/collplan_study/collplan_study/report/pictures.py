@@ -37,7 +37,7 @@ def case_pictures(data: StudyData, found: CaseResults) -> Iterator[Picture]:
     name = found.case.name
     if len({cell.map_period for cell in found.cells}) > 1:
         words = f"{name}: mean and STD of arrival time and path length against T_map by strategy"
-        yield saved_picture(data.folder, f"{name}-map-periods", draw_panels(found.cells, found.spread), words)
+        yield saved_picture(data.folder, f"{name}-map-periods", draw_panels(found.cells), words)
     worlds = [gain["world"] for gain in found.by_world] or found.worlds
     drawn = list(dict.fromkeys([*worlds[:LEAST_DRAWN], worlds[-1]]))
     words = f"{name}: paths in {len(drawn)} of {len(found.worlds)} worlds, where least is saved, and last where most is"
@@ -45,26 +45,21 @@ def case_pictures(data: StudyData, found: CaseResults) -> Iterator[Picture]:
 
 
 @rc_context(STYLE)
-def draw_panels(cells: Sequence[Cell], spread: str) -> Figure:
-    """Mean and standard deviation, over units of a name, of arrival time and path length against T_map."""
-    figure = new_figure(7.6, 5.6)
-    strategies = list(dict.fromkeys(cell.strategy for cell in cells))
-    shifts = (np.arange(len(strategies)) - (len(strategies) - 1) / 2) * 0.014
-    periods = sorted({cell.map_period for cell in cells})
+def draw_panels(cells: Sequence[Cell]) -> Figure:
+    """Mean and standard deviation of arrival time and path length against T_map, with intervals."""
+    figure, strategies = new_figure(7.6, 5.6), list(dict.fromkeys(cell.strategy for cell in cells))
     for place, panel in enumerate(PANELS):
-        axes = figure.add_subplot(2, 2, place + 1, xlabel="T_map [s]", ylabel=AXIS_LABELS[panel])
-        for strategy, shift in zip(strategies, shifts, strict=True):
-            (colour, mark), of_it = look_of(strategy, strategies), [each for each in cells if each.strategy == strategy]
-            x, levels = np.array([each.map_period for each in of_it]) + shift, [each.levels[place] for each in of_it]
+        axes = figure.add_subplot(2, 2, place + 1, xlabel="T_map [s]", ylabel=AXIS_LABELS[panel], ylim=(0.0, None))
+        for number, strategy in enumerate(strategies):
+            found = [(cell.map_period, cell.levels[place]) for cell in cells if cell.strategy == strategy]
             # None becomes NaN, which leaves a gap
-            value, low, high = np.array([[each.value, each.low, each.high] for each in levels], dtype=float).T
-            axes.plot(x, value, color=colour, marker=mark, markersize=5, linewidth=1.4, label=strategy)
-            axes.vlines(x, low, high, color=colour, linewidth=1.2, alpha=0.8)
-        axes.set(xticks=periods, xlim=(periods[0] - 0.1, periods[-1] + 0.1))
-        axes.set_ylim(bottom=0.0)
+            x, y, low, high = np.array([[at, level.value, level.low, level.high] for at, level in found], dtype=float).T
+            colour, mark = look_of(strategy, strategies)
+            shifted = x + 0.014 * (number - (len(strategies) - 1) / 2)
+            axes.errorbar(shifted, y, [y - low, high - y], color=colour, marker=mark, markersize=5, label=strategy)
     handles, names = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside upper center", ncols=len(names))
-    add_caption(figure, f"bars: 95 % intervals; STD between {spread}")
+    add_caption(figure, "bars: 95 % intervals")
     return figure
 
 

@@ -5,14 +5,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 import polars as pl
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import all_specs
-from collplan_core.parameters.spec import Spec
 from collplan_study.analysis import results
 from collplan_study.analysis.statistics import MEAN, SPREAD
 from collplan_study.question.specification import LENGTH, LONGER, SAVED, SLOWER, TIME, specification_of
-from collplan_study.report.content import environment
+from collplan_study.report.content import number, with_interval
 from collplan_study.report.pictures import AXIS_LABELS, case_pictures
 from collplan_study.run.rows import axes_of
 from collplan_study.run.study_folder import REPORT, replace_file
@@ -21,8 +21,6 @@ from collplan_study.run.tables import read_study
 RESULTS = "table.json"
 SHOWN, LEAST = 100, 6
 """Failed runs listed at most; worlds listed of each case, those where least is saved."""
-PHYSICAL = ("robot", "rebound", "mocap", "simulator")
-"""Groups of parameters that hold physical constants which a simulated run depends on."""
 NAMES = {
     (TIME, MEAN): "arrival time mean",
     (TIME, SPREAD): "arrival time STD",
@@ -36,18 +34,13 @@ NAMES = {
 
 
 def write_report(folder: Path) -> None:
-    """Writes the report of a study whose tables are in the folder.
-
-    Raises:
-        StudyError: the folder does not hold a study.
-    """
+    """Writes the report of a study whose tables are in the folder."""
     data = read_study(folder)
     specification = specification_of(bool(data.provenance["question"].get("bounces")))
     found = results.study_results(specification, data.runs, data.impacts)
     replace_file(folder / RESULTS, json.dumps({**results.ABOUT, **asdict(found)}, indent=2, allow_nan=False) + "\n")
     labels = ("world", "ablation", "strategy", "map_period_s", *axes_of(data.runs.columns), "trial", "seed")
     columns = (*labels, "outcome", "path_length_m", "impacts", "share_stopped", "error")
-    specs = [spec for spec in all_specs().values() if spec.key in data.provenance["parameters"]]
     values = {
         "specification": specification,
         "results": found,
@@ -61,14 +54,10 @@ def write_report(folder: Path) -> None:
         "runs": data.runs.height,
         "failed": data.runs.filter(pl.col("outcome") != REACHED).select(columns),
         "shown": SHOWN,
-        "specs": specs,
-        "assumed": list(filter(_is_assumed, specs)),
+        "specs": [spec for spec in all_specs().values() if spec.key in data.provenance["parameters"]],
         "provenance": data.provenance,
     }
-    replace_file(folder / REPORT, environment().get_template(REPORT).render(values))
-
-
-def _is_assumed(spec: Spec) -> bool:
-    group, _, name = spec.key.partition(".")
-    simulated = group == "simulator" and name not in ("world", "seed", "speed_factor")
-    return simulated or (group in PHYSICAL and "(assumed" in spec.doc)
+    loader = PackageLoader("collplan_study", "templates")
+    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    page.filters |= {"interval": with_interval, "number": number}
+    replace_file(folder / REPORT, page.get_template(REPORT).render(values))

@@ -38,11 +38,7 @@ class InThisProcess(Executor):
 
 @contextmanager
 def open_pool(jobs: int, dask: str | None) -> Iterator[Pool]:
-    """Context of the pool that trials run in: the Dask cluster at address `dask` if given, else `jobs` processes.
-
-    Raises:
-        StudyError: on entering, when the cluster cannot be used.
-    """
+    """Context of the pool that trials run in: the Dask cluster at address `dask` if given, else `jobs` processes."""
     if dask is not None:
         yield from _on_cluster(dask)
     elif jobs == 1:
@@ -79,8 +75,7 @@ def _on_cluster(address: str) -> Iterator[Pool]:
 def run_tasks(tasks: Iterable[Task], pool: Pool, code: str) -> Iterator[list[TrialRow]]:
     """The records of each batch as it is completed, in no order. Memory does not grow with the number of tasks.
 
-    Raises:
-        WorkersLost: the executor broke, or a worker has other code than `code`: one may join at any time.
+    A worker with other code than `code` may join at any time: the workers are lost then, too.
     """
     (executor, workers), remaining = pool, iter(tasks)
     batches = iter(lambda: tuple(islice(remaining, BATCH)), ())

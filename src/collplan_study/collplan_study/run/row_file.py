@@ -66,11 +66,7 @@ class RowFile(JsonLines):
     """One line for each trial done, in the order they ended; a trial whose line was cut off is not done."""
 
     def __init__(self, path: Path, grid: Sequence[Task], code: str) -> None:
-        """Opens, creates and locks the file of a study begun with `code`, and reads which trials it holds.
-
-        Raises:
-            StudyError: another process has the file open, or a line is not a trial of this grid and code.
-        """
+        """Opens and locks the file of a study begun with `code`, and reads which trials of its grid it holds."""
         super().__init__(path)
         self._grid, self._code, self._offsets = grid, code, dict[int, int]()
         if not self.lock():

@@ -41,11 +41,7 @@ class Study:
 
 
 def prepare(options: StudyOptions) -> Study:
-    """The study that the options describe, new or resumed. Writes nothing.
-
-    Raises:
-        StudyError: the study cannot be run; the message gives the reason in one line.
-    """
+    """The study that the options describe, new or resumed. Writes nothing."""
     try:
         study = _new(options) if options.resume is None else _resumed(options, options.resume)
         if options.run != NONE:
@@ -132,11 +128,7 @@ def replace_file(path: Path, content: Mapping[str, Any] | str) -> None:
 
 
 def read_provenance(folder: Path) -> dict[str, Any]:
-    """The provenance of the study in a folder.
-
-    Raises:
-        StudyError: provenance.json is missing or is not that of a study.
-    """
+    """The provenance of the study in a folder."""
     path = folder / PROVENANCE
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
@@ -145,11 +137,7 @@ def read_provenance(folder: Path) -> dict[str, Any]:
 
 
 def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, ...]:
-    """The worlds of a study as they were when it was started.
-
-    Raises:
-        WorldError: a world file cannot be read, or is not as the study wrote it.
-    """
+    """The worlds of a study as they were when it was started; a WorldError where a file is not as it was written."""
     sources = []
     for record in provenance["sources"]:
         path = folder / record["file"]

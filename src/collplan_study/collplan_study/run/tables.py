@@ -55,12 +55,7 @@ class StudyData:
 
 
 def read_study(folder: Path) -> StudyData:
-    """The study in a folder.
-
-    Raises:
-        StudyError: the folder does not hold a study, or a table of it is missing or cut off.
-        WorldError: one of its world files cannot be read.
-    """
+    """The study in a folder; a StudyError or a WorldError where a file of it is missing or cut off."""
     provenance = read_provenance(folder)
     tables = [_table(folder / name) for name in (TABLE, IMPACTS)]
     return StudyData(folder, provenance, read_sources(folder, provenance), *tables)
