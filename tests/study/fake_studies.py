@@ -7,9 +7,8 @@ from typing import Any
 from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
 from collplan_study.question.grid import NO_ABLATION, Source, Task, load_sources, make_grid
 from collplan_study.question.question import Question
-from collplan_study.run.rows import ERROR, MEASURES, TrialRow
+from collplan_study.run.rows import ERROR, MEASURES, TrialRow, write_tables
 from collplan_study.run.study_folder import make_folder, new_provenance
-from collplan_study.run.tables import write_tables
 
 Measures = Callable[[Task], dict[str, Any]]
 Impacts = Callable[[Task], list[dict[str, Any]]]

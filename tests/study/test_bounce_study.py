@@ -23,7 +23,7 @@ from collplan_study.question.specification import DEFAULTS, KNOWN_MAP, VARIANTS
 from collplan_study.report import pictures
 from collplan_study.report.figures import Picture
 from collplan_study.report.write_report import write_report
-from collplan_study.run.tables import write_tables
+from collplan_study.run.rows import write_tables
 from fake_studies import fake_study, impact, reached
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.physics import Simulator

@@ -66,7 +66,7 @@ def test_table_one_has_the_improvements_beside_the_papers(plain):
 
 def test_the_page_needs_nothing_but_itself_and_figures_are_files_too(plain):
     text = (plain / "report.html").read_text()
-    assert text.count("<img") == 2
+    assert text.count("<img") == 1
     assert not re.search(r"<(script|iframe|object|embed)|url\(|@import", text)
     addresses = re.findall(r"""\b(?:src|href|srcset|data|action)=["']?([^"'\s>]+)""", text)
     assert addresses
@@ -74,7 +74,7 @@ def test_the_page_needs_nothing_but_itself_and_figures_are_files_too(plain):
     asked = re.search(r"<td>asked<td>(.*?)\n", text)[1]
     assert '"trials": 6' in asked
     stems = {path.stem for path in (plain / "figures").iterdir()}
-    assert stems == {"corridor-map-periods", "corridor-paths"}
+    assert stems == {"corridor-paths"}
     for stem in stems:
         assert (plain / "figures" / f"{stem}.png").read_bytes().startswith(b"\x89PNG")
         assert not re.search(r'href="[^#]', (plain / "figures" / f"{stem}.svg").read_text())

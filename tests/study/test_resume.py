@@ -15,11 +15,10 @@ from collplan_study.errors import StudyError
 from collplan_study.main import main
 from collplan_study.question.question import StudyOptions
 from collplan_study.question.specification import ABLATIONS
-from collplan_study.run import provenance, worker
+from collplan_study.run import pools, provenance
 from collplan_study.run.provenance import SIMULATOR, trial_code
 from collplan_study.run.row_file import RowFile
-from collplan_study.run.study_folder import ROWS, prepare, read_provenance, read_sources
-from collplan_study.run.tables import read_study
+from collplan_study.run.study_folder import ROWS, prepare, read_provenance, read_sources, read_study
 from study_runs import GRID, N_TRIALS, n_rows, paths, resume, run, same, start, table, wait_for_rows
 
 FEW = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "2", "--jobs", "1", "--no-report"]
@@ -198,7 +197,7 @@ def test_a_row_of_other_code_is_refused_whenever_it_comes(copy, tmp_path, capsys
     lines[3] = lines[3].replace(f'"code":"{trial_code()}",', code)
     (copy / ROWS).write_text("".join(lines))
     assert f"{ROWS}:4: " in refused(capsys, copy)
-    monkeypatch.setattr(worker, "CODE", "0123456789abcdef")
+    monkeypatch.setattr(pools, "CODE", "0123456789abcdef")
     assert main([*FEW, "--out", str(tmp_path / "late")]) == 1
     assert "other code or libraries (0123456789abcdef) has joined" in capsys.readouterr().err
     assert n_rows(tmp_path / "late") == 0
@@ -219,14 +218,14 @@ def test_the_hash_of_the_code_is_that_of_its_files_and_their_places(tmp_path, mo
 
 
 def test_a_trial_that_raises_becomes_a_row_with_its_error_and_seed(tmp_path, monkeypatch, capsys):
-    run_trial = worker.run_trial
+    run_trial = pools.run_trial
 
     def failing(world, settings, seed):
         if settings.simulator.noise == 0.5:
             raise RuntimeError("the robot\nfell over")
         return run_trial(world, settings, seed)
 
-    monkeypatch.setattr(worker, "run_trial", failing)
+    monkeypatch.setattr(pools, "run_trial", failing)
     folder = tmp_path / "study"
     assert main([*FEW, "--set", "simulator.noise=0.5,1", "--out", str(folder)]) == 1
     rows = [row for row in table(folder).to_dicts() if row["simulator.noise"] == 0.5]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 from collplan_study.analysis import results, statistics
-from collplan_study.analysis.pairs import paired, samples
+from collplan_study.analysis.results import paired, samples
 from collplan_study.analysis.statistics import (
     MEAN,
     MEASURES,

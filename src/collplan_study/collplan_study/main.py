@@ -8,17 +8,14 @@ from collections.abc import Sequence
 from contextlib import closing
 from datetime import datetime, timezone
 from pathlib import Path
-from time import perf_counter
-from typing import Any
 
 from collplan_core.command_line import as_called
 from collplan_study.errors import StudyError, WorkersLost
 from collplan_study.question.question import StudyOptions, parse
 from collplan_study.run.pools import Pool, open_pool, progress_bar, run_tasks
 from collplan_study.run.row_file import RowFile
-from collplan_study.run.rows import ERROR
+from collplan_study.run.rows import ERROR, write_tables
 from collplan_study.run.study_folder import PROVENANCE, REPORT, ROWS, Study, make_folder, prepare, replace_file
-from collplan_study.run.tables import write_tables
 
 INCOMPLETE, REFUSED, INTERRUPTED = 1, 2, 130
 
@@ -64,27 +61,17 @@ def _complete(options: StudyOptions, study: Study, folder: Path, rows: RowFile, 
 
 
 def _run_missing(options: StudyOptions, study: Study, folder: Path, rows: RowFile, pool: Pool) -> None:
-    started_at, done_before = perf_counter(), len(rows)
-    session: dict[str, Any] = {
-        "command": shlex.join([os.path.basename(sys.argv[0]), *sys.argv[1:]]),
-        **({"jobs": options.jobs} if options.dask is None else {"dask": options.dask}),
-        "begun": _now(),
-        "done_before": done_before,
-    }
+    command = shlex.join([os.path.basename(sys.argv[0]), *sys.argv[1:]])
+    where = {"jobs": options.jobs} if options.dask is None else {"dask": options.dask}
+    begun = datetime.now(timezone.utc).isoformat(timespec="seconds")
+    session = {"command": command, **where, "begun": begun, "done_before": len(rows)}
     sessions = [*study.provenance["sessions"], session]
     replace_file(folder / PROVENANCE, {**study.provenance, "sessions": sessions})
     missing = (task for task in study.grid if task.index not in rows and options.selects(task.labels["ablation"]))
-    with progress_bar(len(study.grid), done_before, "trial") as bar:
+    with progress_bar(len(study.grid), len(rows), "trial") as bar:
         for records in run_tasks(missing, pool, study.code):
             rows.append(*records)
             bar.update(len(records))
-    wall_time = round(perf_counter() - started_at, 3)
-    session |= {"ended": _now(), "trials": len(rows) - done_before, "wall_time_s": wall_time}
-    replace_file(folder / PROVENANCE, {**study.provenance, "sessions": sessions})
-
-
-def _now() -> str:
-    return datetime.now(timezone.utc).isoformat(timespec="seconds")
 
 
 def _stopped(code: int, reason: object) -> int:

@@ -36,8 +36,9 @@ def load_sources(
     texts: Sequence[str], start: Sequence[float] | None = None, goal: Sequence[float] | None = None
 ) -> tuple[Source, ...]:
     """Every world that values of `--worlds` name, in their order; a start or goal x, y [m] replaces the worlds' own."""
-    ends = {key: np.array(point) for key, point in (("start", start), ("goal", goal)) if point is not None}
-    found = [(_moved(world, ends), family) for text in texts for world, family in _worlds_of(text)]
+    given = (("start", start), ("goal", goal))
+    ends: dict[str, Any] = {key: np.array(point) for key, point in given if point is not None}
+    found = [(replace(world, **ends), family) for text in texts for world, family in _worlds_of(text)]
     for name, count in Counter(world.name for world, _ in found).items():
         if count > 1:  # they would have the same noise, and their rows would mix
             raise StudyError(f"--worlds: {count} worlds are called {name}, expected each once")
@@ -65,13 +66,6 @@ def _seeds(text: str, rest: str) -> Sequence[int | str]:
     if match is None or int(match[1]) > int(match[2]):
         raise WorldError(f"world {text!r}: got seeds {rest!r}, expected A-B with A up to B, as in random:0-99")
     return range(int(match[1]), int(match[2]) + 1)
-
-
-def _moved(world: World, ends: dict[str, Any]) -> World:
-    try:
-        return replace(world, **ends)
-    except WorldError as error:
-        raise WorldError(f"{world.called}: {error}") from None
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 import re
 from base64 import b64encode
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,10 +11,10 @@ from matplotlib.figure import Figure
 
 FIGURES = "figures"
 """Folder of the figures in that of the study."""
-COLOURS = {"harness": "#0072b2", "high_risk": "#d55e00", "low_risk": "#009e73"}
-"""Colours of Okabe and Ito, which the colour-blind can distinguish."""
 OTHER_COLOURS = ("#882255", "#8f5a00", "#332288", "#555555")
 """Dark enough for thin lines on white."""
+COLOURS = ("#0072b2", "#d55e00", "#009e73", *OTHER_COLOURS)
+"""Those of Okabe and Ito first, which the colour-blind can distinguish."""
 MARKS = "os^Dv*P"
 SOLID = "#5b6472"
 STYLE: dict[Any, Any] = {
@@ -42,22 +41,12 @@ def add_caption(figure: Figure, text: str) -> None:
     figure.supxlabel(f"simulated; {text}", fontsize=8, color=SOLID)
 
 
-def look_of(strategy: str, strategies: Sequence[str]) -> tuple[str, str]:
-    """Colour and marker of a strategy among those that are drawn."""
-    others = [name for name in strategies if name not in COLOURS]
-    colours = COLOURS | dict(zip(others, OTHER_COLOURS * len(others), strict=False))
-    return colours[strategy], MARKS[strategies.index(strategy) % len(MARKS)]
-
-
 class Picture(NamedTuple):
-    """A figure that is also a file in the study's folder."""
+    """A figure as SVG in base64, its description, and its path in the study's folder, without .png or .svg."""
 
     svg: str
-    """In base64."""
     words: str
-    """Description of it."""
     file: str
-    """Its path in the folder of the study, without .png or .svg."""
 
 
 @rc_context(STYLE)

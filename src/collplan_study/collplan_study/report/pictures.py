@@ -1,6 +1,6 @@
-"""The pictures of a case: the paper's panels over T_map, and overlaid paths on maps of grown obstacles."""
+"""The picture of a case: overlaid paths on maps of grown obstacles."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,52 +15,23 @@ from shapely.geometry.base import BaseGeometry
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.worlds import World
-from collplan_study.analysis.results import CaseResults, Cell
-from collplan_study.analysis.statistics import MEAN, SPREAD
-from collplan_study.question.specification import LENGTH, PANELS, TIME
-from collplan_study.report.figures import SOLID, STYLE, Picture, add_caption, look_of, new_figure, saved_picture
-from collplan_study.run.tables import PATHS, StudyData
+from collplan_study.analysis.results import CaseResults
+from collplan_study.report.figures import COLOURS, SOLID, STYLE, Picture, new_figure, saved_picture
+from collplan_study.run.rows import PATHS
+from collplan_study.run.study_folder import StudyData
 
 GROWN, FAILED, GROUND = "#d5d9df", "#000000", "#ffffff"
 LEAST_DRAWN = 2
 """Worlds of a case whose paths are drawn because least is saved there; the one where most is follows."""
-AXIS_LABELS = {
-    (TIME, MEAN): "arrival time, mean [s]",
-    (TIME, SPREAD): "arrival time, STD [s]",
-    (LENGTH, MEAN): "path length, mean [m]",
-    (LENGTH, SPREAD): "path length, STD [m]",
-}
 
 
-def case_pictures(data: StudyData, found: CaseResults) -> Iterator[Picture]:
-    """Draws the pictures of a case and saves them."""
-    name = found.case.name
-    if len({cell.map_period for cell in found.cells}) > 1:
-        words = f"{name}: mean and STD of arrival time and path length against T_map by strategy"
-        yield saved_picture(data.folder, f"{name}-map-periods", draw_panels(found.cells), words)
+def paths_picture(data: StudyData, found: CaseResults) -> Picture:
+    """Draws paths of a case and saves the picture."""
     worlds = [gain["world"] for gain in found.by_world] or found.worlds
     drawn = list(dict.fromkeys([*worlds[:LEAST_DRAWN], worlds[-1]]))
-    words = f"{name}: paths in {len(drawn)} of {len(found.worlds)} worlds, where least is saved, and last where most is"
-    yield saved_picture(data.folder, f"{name}-paths", draw_paths(data, found, drawn), words)
-
-
-@rc_context(STYLE)
-def draw_panels(cells: Sequence[Cell]) -> Figure:
-    """Mean and standard deviation of arrival time and path length against T_map, with intervals."""
-    figure, strategies = new_figure(7.6, 5.6), list(dict.fromkeys(cell.strategy for cell in cells))
-    for place, panel in enumerate(PANELS):
-        axes = figure.add_subplot(2, 2, place + 1, xlabel="T_map [s]", ylabel=AXIS_LABELS[panel], ylim=(0.0, None))
-        for number, strategy in enumerate(strategies):
-            found = [(cell.map_period, cell.levels[place]) for cell in cells if cell.strategy == strategy]
-            # None becomes NaN, which leaves a gap
-            x, y, low, high = np.array([[at, level.value, level.low, level.high] for at, level in found], dtype=float).T
-            colour, mark = look_of(strategy, strategies)
-            shifted = x + 0.014 * (number - (len(strategies) - 1) / 2)
-            axes.errorbar(shifted, y, [y - low, high - y], color=colour, marker=mark, markersize=5, label=strategy)
-    handles, names = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper center", ncols=len(names))
-    add_caption(figure, "bars: 95 % intervals")
-    return figure
+    where = f"{len(drawn)} of {len(found.worlds)} worlds, where least is saved, and last where most is"
+    figure, name = draw_paths(data, found, drawn), found.case.name
+    return saved_picture(data.folder, f"{name}-paths", figure, f"{name}: paths in {where}")
 
 
 @rc_context(STYLE)
@@ -79,7 +50,7 @@ def draw_paths(data: StudyData, found: CaseResults, names: Sequence[str]) -> Fig
         labels |= {"strategy": cell.strategy, "map_period_s": cell.map_period}
         ends = data.runs.filter(**labels).select("trial", "outcome")
         _draw_obstacles(axes, world, values["robot.radius"])
-        _draw_runs(axes, data, labels, ends, look_of(cell.strategy, [each.strategy for each in cells])[0])
+        _draw_runs(axes, data, labels, ends, COLOURS[place % len(cells) % len(COLOURS)])
         _draw_ends(axes, world, values["robot.radius"], values["planner.goal_tolerance"])
         arrive = f"{ends.filter(outcome=REACHED).height} of {ends.height} arrive"
         axes.set_title(f"{cell.strategy}, {name}, T_map {cell.map_period:g} s: {arrive}", fontsize=8)

@@ -11,12 +11,11 @@ from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import all_specs
 from collplan_study.analysis import results
 from collplan_study.analysis.statistics import MEAN, SPREAD
-from collplan_study.question.specification import LENGTH, LONGER, SAVED, SLOWER, TIME, specification_of
+from collplan_study.question.specification import LENGTH, LONGER, PANELS, SAVED, SLOWER, TIME, specification_of
 from collplan_study.report.content import number, with_interval
-from collplan_study.report.pictures import AXIS_LABELS, case_pictures
+from collplan_study.report.pictures import paths_picture
 from collplan_study.run.rows import axes_of
-from collplan_study.run.study_folder import REPORT, replace_file
-from collplan_study.run.tables import read_study
+from collplan_study.run.study_folder import REPORT, read_study, replace_file
 
 RESULTS = "table.json"
 SHOWN, LEAST = 100, 6
@@ -44,10 +43,10 @@ def write_report(folder: Path) -> None:
     values = {
         "specification": specification,
         "results": found,
-        "pictures": [each for case in found.cases if case.case.headline for each in case_pictures(data, case)],
+        "pictures": [paths_picture(data, each) for each in found.cases if each.case.headline],
         "names": NAMES,
         "judged_names": [NAMES[each] for each in specification.judged],
-        "levels": list(AXIS_LABELS.values()),
+        "levels": [f"{NAMES[panel]} [{'s' if panel[0] == TIME else 'm'}]" for panel in PANELS],
         "meanings": results.MEANINGS,
         "verdicts": (results.HOLDS, results.SAME, results.OPPOSITE, results.REVERSED),
         "least": LEAST,

@@ -2,19 +2,26 @@
 
 import logging
 import multiprocessing
+import os
+import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from functools import cache
 from itertools import islice
+from time import perf_counter
 from typing import Any
 
 from tqdm import tqdm
 
+from collplan_core.warm_up import warm_up
 from collplan_study.errors import StudyError, WorkersLost
 from collplan_study.question.grid import Task
-from collplan_study.run.rows import TrialRow
-from collplan_study.run.worker import enter_worker, run_batch
+from collplan_study.run.provenance import trial_code
+from collplan_study.run.rows import NO_PATH, TrialRow, error_measures, impact_rows, measures, sampled_path
+from omnipuck_sim.trial import run_trial
 
 Pool = tuple[Executor, int]
 """An executor and its number of workers."""
@@ -24,6 +31,41 @@ BATCH = 4
 """Trials in a batch: some tenths of a second of work, and one write to the disk."""
 QUEUED = 2
 """Batches submitted for each worker."""
+CODE = trial_code()
+"""Of what this process runs: taken at the import, as the files may change later."""
+# once in every process; else the first trial's planning times would include compiling
+_warm_up_once = cache(warm_up)
+
+
+def run_batch(tasks: Sequence[Task]) -> list[TrialRow]:
+    """Runs trials one after the other; one that raises becomes a row with its error."""
+    _warm_up_once()
+    return [_run_task(task) for task in tasks]
+
+
+def _run_task(task: Task) -> TrialRow:
+    started_at = perf_counter()
+    try:
+        result = run_trial(task.world, task.settings, task.seed)
+        measured, path = measures(result, perf_counter() - started_at), sampled_path(result.trajectory)
+        impacts = impact_rows(result)
+    except Exception as error:
+        measured, path, impacts = error_measures(error), NO_PATH, []
+    row = {**task.labels, **measured}
+    return {"index": task.index, "code": CODE, "row": row, "path": path, "impacts": impacts}
+
+
+def enter_worker() -> None:
+    """Prepares a worker process: it ignores Ctrl-C, which the study handles, and exits with the study's process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
+
+
+def _exit_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 class InThisProcess(Executor):
@@ -46,7 +88,7 @@ def open_pool(jobs: int, dask: str | None) -> Iterator[Pool]:
     else:
         # the fork server imports everything once; workers are forked from it before it has any thread
         context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload(["collplan_study.run.worker"])
+        context.set_forkserver_preload(["collplan_study.run.pools"])
         executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=enter_worker)
         try:
             yield executor, jobs

@@ -1,14 +1,34 @@
-"""The row of a trial, its path and its impacts: names, types and order of the columns, and what stands in them."""
+"""The rows of a trial and the tables made of them: names, types and order of the columns, what stands in them."""
 
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from collplan_core.command import MANEUVERS
 from collplan_core.parameters import all_specs
+from collplan_study.question.grid import Task
 from omnipuck_sim.trial_record import TrialResult
+
+
+def _share(maneuver: str, result: TrialResult) -> float | None:
+    periods = sum(result.maneuvers.values())
+    return result.maneuvers.get(maneuver, 0) / periods if periods else None
+
+
+def _over(statistic: Callable[..., Any], values: np.ndarray) -> float | None:
+    return float(statistic(values)) if len(values) else None
+
+
+def _mean_speed(result: TrialResult) -> float | None:
+    moved = len(result.trajectory) > 0 and result.trajectory[-1, 0] > 0.0
+    return float(result.path_length / result.trajectory[-1, 0]) if moved else None
+
 
 LABELS: dict[str, type] = {
     **dict.fromkeys(("world", "family", "ablation", "engine", "strategy"), str),
@@ -17,25 +37,26 @@ LABELS: dict[str, type] = {
 """First columns of every table: the cell of the grid that a trial belongs to. The --set axes follow, then TRIAL."""
 TRIAL: dict[str, type] = {"trial": int, "seed": int}
 SHARES = tuple(f"share_{maneuver}" for maneuver in MANEUVERS)
-MEASURES: dict[str, type] = {
-    "outcome": str,
-    "arrival_time_s": float,
-    "path_length_m": float,
-    "impacts": int,
-    "deliberate_impacts": int,
-    "unforeseen_impacts": int,
-    "mean_speed": float,
-    "max_impact_speed": float,
-    "plans": int,
-    "candidates_mean": float,
-    "candidates_before_pruning_mean": float,
-    **dict.fromkeys(SHARES, float),
-    "plan_time_ms_p50": float,
-    "plan_time_ms_p99": float,
-    "wall_time_s": float,
-    "error": str,
+Measure = Callable[[TrialResult], Any]
+MEASURED: dict[str, tuple[type, Measure]] = {
+    "outcome": (str, lambda result: result.outcome),
+    "arrival_time_s": (float, lambda result: result.arrival_time),
+    "path_length_m": (float, lambda result: result.path_length),
+    "impacts": (int, lambda result: len(result.impacts)),
+    "deliberate_impacts": (int, lambda result: int(result.deliberate.sum())),
+    "unforeseen_impacts": (int, lambda result: int((~result.foreseen).sum())),
+    "mean_speed": (float, _mean_speed),
+    "max_impact_speed": (float, lambda result: max((hit.speed_into for hit in result.impacts), default=0.0)),
+    "plans": (int, lambda result: len(result.plans)),
+    "candidates_mean": (float, lambda result: _over(np.mean, result.candidates)),
+    "candidates_before_pruning_mean": (float, lambda result: _over(np.mean, result.candidates_before_pruning)),
+    **{name: (float, partial(_share, maneuver)) for name, maneuver in zip(SHARES, MANEUVERS, strict=True)},
+    "plan_time_ms_p50": (float, lambda result: _over(partial(np.percentile, q=50), 1e3 * result.plan_times)),
+    "plan_time_ms_p99": (float, lambda result: _over(partial(np.percentile, q=99), 1e3 * result.plan_times)),
 }
-"""Columns measured in a trial. Speeds in m/s; shares of the control periods, 0 to 1."""
+"""Type and measure of each column of a trial; None where there is nothing to measure. Speeds in m/s; shares of the
+control periods, 0 to 1."""
+MEASURES = {name: kind for name, (kind, _) in MEASURED.items()} | {"wall_time_s": float, "error": str}
 REBOUND = ("direction_error_rad", "foreseen_speed", "measured_speed")
 """Columns of an impact's rebound, present where the last plan before the impact foresaw it; speeds in m/s."""
 IMPACT: dict[str, type] = {
@@ -46,13 +67,14 @@ IMPACT: dict[str, type] = {
 """Columns of an impact: contact point [m], speed into the wall [m/s], whether a plan in force foresaw it, and whether
 it was foreseen and fast enough to be deliberate."""
 ERROR = "error"
-PATH_RATE = 20.0
-"""Points of a path per second [Hz]."""
-PATH_UNIT = 1e-4
-"""Paths are kept in whole multiples of this [m]."""
+PATH_RATE, PATH_UNIT = 20.0, 1e-4
+"""Points of a path per second [Hz], and what paths are kept in whole multiples of [m]."""
 
-Path = dict[str, list[int]]
-NO_PATH: Path = {"t_ms": [], "x": [], "y": []}
+NO_PATH: dict[str, list[int]] = {"t_ms": [], "x": [], "y": []}
+TABLE, PATHS, IMPACTS = "trials.parquet", "trajectories.parquet", "impacts.parquet"
+PATH = {"t": ("t_ms", 1e-3), "x": ("x", PATH_UNIT), "y": ("y", PATH_UNIT)}
+"""Columns of a path: the name of each in a record, and its unit there [s, m]."""
+
 TrialRow = dict[str, Any]
 """A trial as JSON holds it: its `index` in the grid, the `code` that ran it, its `row` of columns, its `path`, and a
 row for each of its `impacts`."""
@@ -70,31 +92,8 @@ def axes_of(names: Sequence[str]) -> Sequence[str]:
 
 
 def measures(result: TrialResult, wall_time: float) -> dict[str, Any]:
-    """The measured columns of a trial that took `wall_time` [s]; None where there is nothing to measure."""
-    times, trajectory, periods = 1e3 * result.plan_times, result.trajectory, sum(result.maneuvers.values())
-    moved = len(trajectory) > 0 and trajectory[-1, 0] > 0.0
-    return {
-        "outcome": result.outcome,
-        "arrival_time_s": result.arrival_time,
-        "path_length_m": result.path_length,
-        "impacts": len(result.impacts),
-        "deliberate_impacts": int(result.deliberate.sum()),
-        "unforeseen_impacts": int((~result.foreseen).sum()),
-        "mean_speed": float(result.path_length / trajectory[-1, 0]) if moved else None,
-        "max_impact_speed": max((impact.speed_into for impact in result.impacts), default=0.0),
-        "plans": len(result.plans),
-        "candidates_mean": _mean(result.candidates),
-        "candidates_before_pruning_mean": _mean(result.candidates_before_pruning),
-        **{f"share_{each}": result.maneuvers.get(each, 0) / periods if periods else None for each in MANEUVERS},
-        "plan_time_ms_p50": float(np.percentile(times, 50)) if len(times) else None,
-        "plan_time_ms_p99": float(np.percentile(times, 99)) if len(times) else None,
-        "wall_time_s": wall_time,
-        "error": "",
-    }
-
-
-def _mean(counts: np.ndarray) -> float | None:
-    return float(counts.mean()) if len(counts) else None
+    """The measured columns of a trial that took `wall_time` [s]."""
+    return {name: measure(result) for name, (_, measure) in MEASURED.items()} | {"wall_time_s": wall_time, "error": ""}
 
 
 def error_measures(error: Exception) -> dict[str, Any]:
@@ -103,7 +102,7 @@ def error_measures(error: Exception) -> dict[str, Any]:
     return {**dict.fromkeys(MEASURES), "outcome": ERROR, "error": message}
 
 
-def sampled_path(trajectory: np.ndarray) -> Path:
+def sampled_path(trajectory: np.ndarray) -> dict[str, list[int]]:
     """Time [ms] and position [PATH_UNIT] at PATH_RATE, and at the end, of a trajectory (m, 5) t, x, y, vx, vy."""
     if len(trajectory) == 0:
         return NO_PATH
@@ -124,3 +123,25 @@ def impact_rows(result: TrialResult) -> list[dict[str, Any]]:
         for impact, foreseen, deliberate, rebounds in found
         for rebound in [[value if isfinite(value) else None for value in rebounds.tolist()]]
     ]
+
+
+def write_tables(folder: Path, grid: Sequence[Task], records: Iterable[TrialRow]) -> None:
+    """Writes the tables of a study from its records in the order of the grid."""
+    names = columns(axes_of(list(grid[0].labels)))
+    labels = {name: kind for name, kind in names.items() if name not in MEASURES}
+    tables: dict[str, tuple[Mapping[str, Any], list[Any]]] = {
+        TABLE: (names, []),
+        PATHS: ({**labels, **dict.fromkeys(PATH, pl.List(pl.Float32))}, []),
+        IMPACTS: ({**labels, **IMPACT}, []),
+    }
+    for record in records:
+        row, path = record["row"], record["path"]
+        of_labels = {name: row[name] for name in labels}
+        tables[TABLE][1].append(row)
+        points = {name: np.array(path[key], dtype=float) * unit for name, (key, unit) in PATH.items()}
+        tables[PATHS][1].append(of_labels | {name: values.astype(np.float32) for name, values in points.items()})
+        tables[IMPACTS][1].extend(of_labels | impact for impact in record["impacts"])
+    for file, (kinds, rows) in tables.items():
+        part = folder / f".{file}.part"
+        pl.DataFrame(rows, schema=kinds, orient="row").write_parquet(part)
+        os.replace(part, folder / file)

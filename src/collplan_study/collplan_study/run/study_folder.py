@@ -9,6 +9,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import polars as pl
+
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError, read_world, save_world, world_text
@@ -17,6 +19,7 @@ from collplan_study.question.grid import ENGINE, NO_ABLATION, Source, Task, load
 from collplan_study.question.question import NONE, Question, StudyOptions, question_from
 from collplan_study.question.specification import Changes
 from collplan_study.run.provenance import git_state, platform_record, trial_code, versions
+from collplan_study.run.rows import IMPACTS, TABLE
 from omnipuck_sim.robot.engine import check_installed
 
 PROVENANCE, WORLDS, ROWS, REPORT = "provenance.json", "worlds", "trials.jsonl", "report.html"
@@ -146,3 +149,30 @@ def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, .
         if record.get("sha256") not in (None, sha256(path.read_bytes()).hexdigest()):
             raise WorldError(f"{path}: cut off or changed, expected the world as the study wrote it")
     return tuple(sources)
+
+
+@dataclass(frozen=True, eq=False)
+class StudyData:
+    """A study whose tables were written."""
+
+    folder: Path
+    provenance: Mapping[str, Any]
+    sources: tuple[Source, ...]
+    runs: pl.DataFrame
+    """Rows of the runs done so far."""
+    impacts: pl.DataFrame
+    """Rows of their impacts."""
+
+
+def read_study(folder: Path) -> StudyData:
+    """The study in a folder; a StudyError or a WorldError where a file of it is missing or cut off."""
+    provenance = read_provenance(folder)
+    tables = [_table(folder / name) for name in (TABLE, IMPACTS)]
+    return StudyData(folder, provenance, read_sources(folder, provenance), *tables)
+
+
+def _table(path: Path) -> pl.DataFrame:
+    try:
+        return pl.read_parquet(path)
+    except (OSError, pl.exceptions.PolarsError):
+        raise StudyError(f"{path}: missing or cut off, study --resume {path.parent} makes it anew") from None
