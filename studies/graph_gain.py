@@ -208,8 +208,8 @@ def gains(rows: Sequence[dict[str, Any]]) -> tuple[Estimate, Estimate, Estimate]
     if not above_zero:
         return whole, level_of(MEAN, in_graph), Estimate(None, note="no gain that is surely above zero")
     lost = improvement(MEAN, in_graph, in_trials)
-    left = (None if each is None else 100.0 - each for each in (lost.value, lost.high, lost.low))
-    return whole, level_of(MEAN, in_graph), Estimate(*left, lost.note)
+    value, low, high = (None if each is None else 100.0 - each for each in (lost.value, lost.high, lost.low))
+    return whole, level_of(MEAN, in_graph), Estimate(value, low, high, lost.note)
 
 
 def stage_table(rows: Sequence[dict[str, Any]]) -> Section:

@@ -4,11 +4,22 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
+from collplan_study.analysis import statistics
 from collplan_study.question.grid import NO_ABLATION, Source, Task, load_sources, make_grid
 from collplan_study.question.question import Question
+from collplan_study.report import pictures
+from collplan_study.report.figures import Picture
 from collplan_study.run.rows import ERROR, MEASURES, TrialRow, write_tables
 from collplan_study.run.study_folder import make_folder, new_provenance
+
+def without_figures(patch: pytest.MonkeyPatch) -> None:
+    """Fewer resamples, and figures made but not rendered, which takes the time."""
+    patch.setattr(statistics, "RESAMPLES", 499)
+    patch.setattr(pictures, "saved_picture", lambda folder, name, figure, words: Picture("<svg/>", words, name))
+
 
 Measures = Callable[[Task], dict[str, Any]]
 Impacts = Callable[[Task], list[dict[str, Any]]]

@@ -13,18 +13,15 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.worlds import load_world
-from collplan_study.analysis import statistics
 from collplan_study.errors import StudyError
 from collplan_study.main import main as study
 from collplan_study.question.grid import load_sources, make_grid
 from collplan_study.question.held_out import FAMILIES, FIRST_SEED, FURTHER_FAMILIES, LAST_SEED, STUDY_SEED
 from collplan_study.question.question import parse, question_from
 from collplan_study.question.specification import DEFAULTS, KNOWN_MAP, VARIANTS
-from collplan_study.report import pictures
-from collplan_study.report.figures import Picture
 from collplan_study.report.write_report import write_report
 from collplan_study.run.rows import write_tables
-from fake_studies import fake_study, impact, reached
+from fake_studies import fake_study, impact, reached, without_figures
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.physics import Simulator
 
@@ -42,9 +39,7 @@ def sources():
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    """Fewer resamples; figures are made and not rendered, which takes the time."""
-    monkeypatch.setattr(statistics, "RESAMPLES", 199)
-    monkeypatch.setattr(pictures, "saved_picture", lambda folder, name, figure, words: Picture("<svg/>", words, name))
+    without_figures(monkeypatch)
 
 
 def by_strategy(task):
@@ -68,8 +63,7 @@ def impacts(task):
 @pytest.fixture(scope="module")
 def found(tmp_path_factory, sources):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(statistics, "RESAMPLES", 199)
-        patch.setattr(pictures, "saved_picture", lambda folder, name, figure, words: Picture("<svg/>", words, name))
+        without_figures(patch)
         folder = fake_study(tmp_path_factory.mktemp("bounces") / "study", by_strategy, ASKED, sources, SOME, impacts)
         write_report(folder)
     return json.loads((folder / "table.json").read_text()), folder
@@ -201,19 +195,6 @@ def test_a_smaller_one_is_asked_by_option_and_a_parameter_that_is_set_replaces_n
     assert parse(["--resume", "x", *given]).question(asked) == asked
     with pytest.raises(StudyError, match="values"):
         parse(["--resume", "x", "--set", "simulator.friction_spread=1"]).question(asked)
-
-
-def test_what_the_report_could_not_tell_is_refused():
-    for parts, expected in [
-        ({"strategies": ("bounce", "tolerate")}, "--ablation-strategies: got"),
-        ({"strategies": ("bounce",), "ablations": False}, "--strategies: got"),
-        ({"values": ("robot.max_acceleration=1,2",)}, "--set robot.max_acceleration=1,2"),
-        ({"map_periods": (0.05, 0.1)}, "--map-periods"),
-        ({"ablation_trials": 0}, "--ablation-trials"),
-        ({"ablation_strategies": ()}, "--ablation-strategies: got"),
-    ]:
-        with pytest.raises(StudyError, match=expected):
-            replace(ASKED, **parts)
 
 
 def test_the_engine_is_asked_by_option_and_is_in_every_row(sources):

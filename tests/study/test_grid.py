@@ -152,6 +152,12 @@ WRONG = [
     ({"values": ("planner.strategy=harness",)}, StudyError, "--strategies"),
     ({"values": ("robot.radius=0.3",)}, WorldError, "0.3 m"),
     ({"start": (0.0, 0.0)}, WorldError, "start"),
+    ({"bounces": True, "strategies": ("bounce",)}, StudyError, "--strategies: got one"),
+    ({"bounces": True, "values": ("robot.max_acceleration=1,2",)}, StudyError, "--set robot.max_acceleration=1,2"),
+    ({"bounces": True, "map_periods": (0.05, 0.1)}, StudyError, "--map-periods"),
+    ({"ablations": True, "ablation_strategies": ("avoid",)}, StudyError, "--ablation-strategies: got avoid"),
+    ({"ablation_trials": 0}, StudyError, "--ablation-trials"),
+    ({"ablation_strategies": ()}, StudyError, "--ablation-strategies: got"),
 ]
 
 

@@ -13,10 +13,8 @@ from collplan_study.analysis.results import OPPOSITE
 from collplan_study.question.grid import Source
 from collplan_study.question.question import Question
 from collplan_study.question.specification import ABLATIONS
-from collplan_study.report import pictures
-from collplan_study.report.figures import Picture
 from collplan_study.report.write_report import write_report
-from fake_studies import failed, fake_study, reached, timed_out
+from fake_studies import failed, fake_study, reached, timed_out, without_figures
 
 SMALL = Question(trials=6, map_periods=(0.2,))
 ABLATED = {name: ABLATIONS[name] for name in ("", "without R_ref", "a_max 3 m/s^2")}
@@ -25,8 +23,7 @@ FASTER = {"harness": 0.9, "high_risk": 1.0, "low_risk": 1.2}
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr(statistics, "RESAMPLES", 499)
-    monkeypatch.setattr(pictures, "saved_picture", lambda folder, name, figure, words: Picture("<svg/>", words, name))
+    without_figures(monkeypatch)
 
 
 def by_strategy(task):

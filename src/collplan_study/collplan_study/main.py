@@ -11,7 +11,7 @@ from pathlib import Path
 
 from collplan_core.command_line import as_called
 from collplan_study.errors import StudyError, WorkersLost
-from collplan_study.question.question import StudyOptions, parse
+from collplan_study.question.question import PARTS, StudyOptions, parse
 from collplan_study.run.pools import Pool, open_pool, progress_bar, run_tasks
 from collplan_study.run.row_file import RowFile
 from collplan_study.run.rows import ERROR, write_tables
@@ -27,7 +27,7 @@ def main(args: Sequence[str] | None = None) -> int:
         study = prepare(options)
         with open_pool(options.jobs, options.dask) as pool:
             folder = study.folder or make_folder(options.out, study.provenance, study.sources)
-            with closing(RowFile(folder / ROWS, study.grid, study.code)) as rows:
+            with closing(RowFile(folder / ROWS, study.grid, study.provenance["code"]["trial"])) as rows:
                 return _complete(options, study, folder, rows, pool)
     except (StudyError, OSError) as error:
         return _stopped(REFUSED, error)
@@ -67,9 +67,10 @@ def _run_missing(options: StudyOptions, study: Study, folder: Path, rows: RowFil
     session = {"command": command, **where, "begun": begun, "done_before": len(rows)}
     sessions = [*study.provenance["sessions"], session]
     replace_file(folder / PROVENANCE, {**study.provenance, "sessions": sessions})
-    missing = (task for task in study.grid if task.index not in rows and options.selects(task.labels["ablation"]))
+    wanted = (task for task in study.grid if bool(task.labels["ablation"]) in PARTS[options.run])
+    missing = (task for task in wanted if task.index not in rows)
     with progress_bar(len(study.grid), len(rows), "trial") as bar:
-        for records in run_tasks(missing, pool, study.code):
+        for records in run_tasks(missing, pool, study.provenance["code"]["trial"]):
             rows.append(*records)
             bar.update(len(records))
 

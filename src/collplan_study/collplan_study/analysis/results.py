@@ -1,6 +1,6 @@
 """Results of a study, as table.json holds them: its cases, their strategies, who is better, and what a change does."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -9,19 +9,9 @@ import numpy as np
 import polars as pl
 
 from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT
-from collplan_study.analysis.statistics import (
-    INTERVAL,
-    MEAN,
-    MEASURES,
-    SPREAD,
-    Estimate,
-    Sample,
-    improvement,
-    level_of,
-    share,
-)
+from collplan_study.analysis.statistics import INTERVAL, MEAN, MEASURES, SPREAD, Estimate, improvement, level_of, share
 from collplan_study.question.specification import LONGER, PANELS, SAVED, SLOWER, TIME, Specification
-from collplan_study.run.rows import ERROR, SHARES, axes_of
+from collplan_study.run.rows import ERROR, SHARES, axes_of, over
 
 VALUE = "value"
 """Column of the number that a function here takes from each run, or makes of a pair of runs."""
@@ -65,7 +55,7 @@ def finite(rows: pl.DataFrame, column: str) -> pl.DataFrame:
     return rows.select("world", "trial", pl.col(column).cast(pl.Float64).alias(VALUE)).filter(pl.col(VALUE).is_finite())
 
 
-def sample(rows: pl.DataFrame, column: str = VALUE) -> Sample:
+def sample(rows: pl.DataFrame, column: str = VALUE) -> list[np.ndarray]:
     """The finite numbers of a column, an array for each world."""
     worlds = finite(rows, column).group_by("world", maintain_order=True).agg(VALUE)
     return [np.array(numbers) for numbers in worlds[VALUE].to_list()]
@@ -77,7 +67,7 @@ def paired(ours: pl.DataFrame, other: pl.DataFrame, column: str = VALUE) -> pl.D
     return mine.join(others, on=["world", "trial"], maintain_order="left")
 
 
-def samples(pairs: pl.DataFrame) -> tuple[Sample, Sample]:
+def samples(pairs: pl.DataFrame) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Both numbers of pairs as samples in the same order."""
     return sample(pairs, "ours"), sample(pairs, "other")
 
@@ -139,7 +129,7 @@ class Comparison:
     measure: str
     worlds: int
     pairs: int
-    """Number of pairs of runs in the same world with the same seed."""
+    """Of runs in the same world with the same seed."""
     estimate: Estimate
     """The number that the measure means [%]."""
     paper: float | None
@@ -203,22 +193,15 @@ class StudyResults:
 def study_results(specification: Specification, runs: pl.DataFrame, impacts: pl.DataFrame) -> StudyResults:
     """The results of a study from the rows of the runs done so far and of their impacts."""
     cases, names = list(cases_of(runs.filter(ablation=""), specification.pooled)), distinct(runs, "ablation")
-    found = [
-        _results(specification, case, name, runs, impacts)
-        for case in cases
-        for name in names
-        if case.rows(runs, name).height
-    ]
+    wanted = [(case, name) for case in cases for name in names if case.rows(runs, name).height]
+    found = [_results(specification, case, name, runs, impacts) for case, name in wanted]
     shipped, changes = ([each for each in found if bool(each.ablation) == is_change] for is_change in (False, True))
-
-    def count(comparisons: Iterable[Comparison]) -> int:
-        return sum(each.measure not in LOSSES for each in comparisons)
-
-    counts = {
-        "main": sum(count(each.comparisons) for each in shipped),
-        "other_map_periods": sum(count({*each.by_map_period} - {*each.comparisons}) for each in shipped),
-        "changes": sum(count(each.comparisons) for each in changes),
+    made = {
+        "main": [one for each in shipped for one in each.comparisons],
+        "other_map_periods": [one for each in shipped for one in {*each.by_map_period} - {*each.comparisons}],
+        "changes": [one for each in changes for one in each.comparisons],
     }
+    counts = {where: sum(one.measure not in LOSSES for one in every) for where, every in made.items()}
     return StudyResults(counts, shipped, changes)
 
 
@@ -314,8 +297,8 @@ def _by_world(ours: pl.DataFrame, other: pl.DataFrame) -> list[dict[str, Any]]:
 def _cell(runs: pl.DataFrame, impacts: pl.DataFrame, saved_by_change: Estimate | None) -> Cell:
     outcomes = {outcome: runs.filter(outcome=outcome).height for outcome in OUTCOMES}
 
-    def over(names: Sequence[str], function: Callable[..., Any]) -> dict[str, float | None]:
-        return {name.removeprefix("share_"): _number(function, finite(runs, name)[VALUE].to_numpy()) for name in names}
+    def of_columns(names: Sequence[str], function: Callable[..., Any]) -> dict[str, float | None]:
+        return {name.removeprefix("share_"): over(function, finite(runs, name)[VALUE].to_numpy()) for name in names}
 
     return Cell(
         strategy=runs["strategy"][0],
@@ -325,9 +308,9 @@ def _cell(runs: pl.DataFrame, impacts: pl.DataFrame, saved_by_change: Estimate |
         outcomes=outcomes,
         success=share(outcomes[REACHED], runs.height),
         levels=tuple(level_of(measure, sample(runs, column)) for column, measure in PANELS),
-        means=over(MEANS, np.mean),
-        largest=over(LARGEST, np.max),
-        shares=over(SHARES, np.mean),
+        means=of_columns(MEANS, np.mean),
+        largest=of_columns(LARGEST, np.max),
+        shares=of_columns(SHARES, np.mean),
         rebounds=_rebounds(impacts),
         saved_by_change=saved_by_change,
     )
@@ -339,15 +322,11 @@ def _rebounds(impacts: pl.DataFrame) -> dict[str, float | None]:
     median, p90 = partial(np.percentile, q=50), partial(np.percentile, q=90)
     return {
         "impacts": impacts.height,
-        "speed_into": _number(np.mean, impacts["speed_into"].to_numpy()),
+        "speed_into": over(np.mean, impacts["speed_into"].to_numpy()),
         "foreseen": foreseen.height,
-        "direction_error": _number(median, degrees),
-        "direction_error_p90": _number(p90, degrees),
-        "speed_error": _number(median, (foreseen["measured_speed"] - foreseen["foreseen_speed"]).to_numpy()),
+        "direction_error": over(median, degrees),
+        "direction_error_p90": over(p90, degrees),
+        "speed_error": over(median, (foreseen["measured_speed"] - foreseen["foreseen_speed"]).to_numpy()),
         "deliberate": int(deliberate.sum()),
-        "deliberate_direction_error": _number(median, degrees[deliberate]),
+        "deliberate_direction_error": over(median, degrees[deliberate]),
     }
-
-
-def _number(function: Callable[..., Any], values: np.ndarray) -> float | None:
-    return float(function(values)) if len(values) else None

@@ -1,7 +1,6 @@
 """Intervals of means, standard deviations, shares and improvements, all at LEVEL.
 
-A sample is one array of runs for each world. Runs in one world are not independent: in a sample of several worlds the
-worlds are resampled, each with all its runs; in a sample of one world the runs are.
+Runs in one world are not independent: in a sample of several worlds the worlds are resampled, else its runs.
 """
 
 import warnings
@@ -45,7 +44,8 @@ class Estimate:
 
     def negated(self) -> "Estimate":
         """The estimate of the negated number."""
-        return Estimate(*(None if n is None else 0.0 - n for n in (self.value, self.high, self.low)), self.note)
+        value, low, high = (None if n is None else 0.0 - n for n in (self.value, self.high, self.low))
+        return Estimate(value, low, high, self.note)
 
 
 def level_of(measure: str, sample: Sample) -> Estimate:

@@ -21,6 +21,7 @@ from collplan_study.question.specification import Changes
 
 STRATEGY, MAP_PERIOD, ENGINE = "planner.strategy", "planner.map_period", "simulator.engine"
 NO_ABLATION: Changes = {"": {}}
+Point = Sequence[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +33,7 @@ class Source:
     """The world's own name where it has none."""
 
 
-def load_sources(
-    texts: Sequence[str], start: Sequence[float] | None = None, goal: Sequence[float] | None = None
-) -> tuple[Source, ...]:
+def load_sources(texts: Sequence[str], start: Point | None = None, goal: Point | None = None) -> tuple[Source, ...]:
     """Every world that values of `--worlds` name, in their order; a start or goal x, y [m] replaces the worlds' own."""
     given = (("start", start), ("goal", goal))
     ends: dict[str, Any] = {key: np.array(point) for key, point in given if point is not None}
@@ -125,16 +124,13 @@ def make_grid(question: Question, sources: Sequence[Source], ablations: Changes 
 
 def _strategies(question: Question, ablation: str) -> list[dict[str, Any]]:
     """The parameters of every strategy and T_map that an ablation is run with."""
-    chosen, evaluated = question.ablation_strategies if ablation else None, question.specification.map_periods
-
-    def own(strategy: str) -> Sequence[float]:
-        return evaluated.get(strategy) or (map_period_of(Settings().with_values({STRATEGY: strategy}).planner),)
-
-    return [
-        {STRATEGY: strategy, MAP_PERIOD: period}
-        for strategy in chosen or question.strategies
-        for period in question.map_periods or own(strategy)
-    ]
+    chosen = question.ablation_strategies if ablation else None
+    asked = []
+    for strategy in chosen or question.strategies:
+        own = map_period_of(Settings().with_values({STRATEGY: strategy}).planner)
+        periods = question.map_periods or question.specification.map_periods.get(strategy, (own,))
+        asked += [{STRATEGY: strategy, MAP_PERIOD: period} for period in periods]
+    return asked
 
 
 def _end(world: World, key: str) -> np.ndarray:

@@ -13,7 +13,7 @@ from collplan_core.parameters import Simulation, all_specs, unknown_key
 from collplan_core.parameters.spec import Spec
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_study.errors import StudyError
-from collplan_study.question.specification import BOUNCES, PAPER, Specification, specification_of
+from collplan_study.question.specification import BOUNCES, PAPER, Specification
 
 OWN_OPTION = {
     "planner.strategy": "--strategies",
@@ -33,7 +33,7 @@ def option(default: Any, help: str, **kwargs: Any) -> Any:
 
 def flag_of(name: str) -> str:
     """The option that sets a field."""
-    return "--set" if name == "values" else f"--{name.replace('_', '-')}"
+    return {"values": "--set", "report": "--no-report"}.get(name, f"--{name.replace('_', '-')}")
 
 
 def _numbers(text: str) -> tuple[float, ...]:
@@ -79,7 +79,7 @@ class Question:
     @property
     def specification(self) -> Specification:
         """What tells its question from the other."""
-        return specification_of(self.bounces)
+        return BOUNCES if self.bounces else PAPER
 
     def __post_init__(self) -> None:
         for name, least in (("trials", 1), ("ablation_trials", 1), ("seed", 0)):
@@ -111,7 +111,8 @@ def _check_once(option: str, values: Sequence[Any] | None) -> None:
 
 def question_from(record: Mapping[str, Any]) -> Question:
     """The question of a record, as JSON holds it; a TypeError where it has keys that a question has not."""
-    return Question(**{key: tuple(value) if isinstance(value, list) else value for key, value in record.items()})
+    parts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}
+    return Question(**parts)
 
 
 def parse_axes(texts: Sequence[str]) -> dict[str, tuple[Any, ...]]:
@@ -147,11 +148,10 @@ def _converted(spec: Spec, text: str) -> Any:
         return text
 
 
-ALL, MAIN, ABLATIONS, NONE = RUN = ("all", "main", "ablations", "none")
+PARTS = {"all": (False, True), "main": (False,), "ablations": (True,), "none": ()}
+"""Parts of the grid that `--run` names: whether they are the ablations."""
 CPUS = len(os.sched_getaffinity(0))
-_RUN = (
-    "the part to run: the main grid or its ablations alone, or none: tables and report of the trials done (default all)"
-)
+_RUN = "the main grid or its ablations alone, or none: tables and report of the trials done (default all)"
 _OUT = "folder of this study, new or empty (default runs/study-<time>)"
 _RESUME = "complete the study in DIR; its grid is recorded there"
 _FOLDER: dict[str, Any] = {"type": Path, "metavar": "DIR"}
@@ -167,14 +167,13 @@ class StudyOptions:
     dask: str | None = option(None, "run on the Dask cluster with this scheduler instead", metavar="ADDRESS")
     out: Path | None = field(default=None, metadata={"help": _OUT, **_FOLDER})
     resume: Path | None = field(default=None, metadata={"help": _RESUME, **_FOLDER})
-    run: str = option(ALL, _RUN, choices=RUN)
-    report: bool = True
-    """Whether report and figures are made."""
+    run: str = option("all", _RUN, choices=tuple(PARTS))
+    report: bool = option(True, "make the tables alone, without report and figures", action="store_false")
 
     def question(self, recorded: Question | None = None) -> Question:
         """The question of a new study, or that of the recorded one, which the command line must not contradict."""
         if recorded is None:
-            specification = specification_of(bool(self.overrides.get("bounces")))
+            specification = BOUNCES if self.overrides.get("bounces") else PAPER
             asked = specification.with_ablations if self.overrides.get("ablations") else specification.defaults
             return question_from(self._overridden(asked))
         before = asdict(recorded)
@@ -182,10 +181,6 @@ class StudyOptions:
             if before[part] != now:
                 raise StudyError(f"--resume {self.resume}: another study, its {part} is {before[part]!r}, got {now!r}")
         return recorded
-
-    def selects(self, ablation: str) -> bool:
-        """Whether `run` includes the trials of an ablation."""
-        return self.run in (ALL, ABLATIONS if ablation else MAIN)
 
     def _overridden(self, parts: Mapping[str, Any]) -> dict[str, Any]:
         """Parts of a question with the overrides of the command line; --set replaces only the parameters it names."""
@@ -220,9 +215,8 @@ def parse(args: Sequence[str] | None = None) -> StudyOptions:
     for group, parts in ((grid, fields(Question)), (how, fields(StudyOptions))):
         for part in (part for part in parts if part.metadata):
             group.add_argument(flag_of(part.name), dest=part.name, default=argparse.SUPPRESS, **part.metadata)
-    add_off = {"action": "store_false", "default": argparse.SUPPRESS}
-    grid.add_argument("--no-ablations", dest="ablations", help="leave them out beside --bounces", **add_off)
-    how.add_argument("--no-report", dest="report", help="make the tables alone, without report and figures", **add_off)
+    why = "leave them out beside --bounces"
+    grid.add_argument("--no-ablations", dest="ablations", action="store_false", default=argparse.SUPPRESS, help=why)
     given = vars(parser.parse_args(args))
     overrides = {part.name: given.pop(part.name) for part in fields(Question) if part.name in given}
     options = StudyOptions(overrides, **given)

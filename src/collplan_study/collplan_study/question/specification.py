@@ -91,7 +91,6 @@ DEFAULTS: Mapping[str, Any] = {
     "ablation_strategies": ("bounce", "avoid"),
     "ablation_trials": 1,
 }
-"""Parts of the question of bounces, where the command line does not give them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,12 +103,11 @@ class Specification:
     with_ablations: Mapping[str, Any]
     """The same where ablations were asked for."""
     map_periods: Mapping[str, tuple[float, ...]]
-    """T_map [s] at which a strategy is run, by its name; others are run at their own."""
+    """T_map [s] of a strategy by its name; others are run at their own."""
     ablations: Changes
     reference: str
-    """The strategy that is judged; where it was not run, the first that was."""
     against: str
-    """The strategy that it is compared with world by world; where it was not run, the first that was."""
+    """The strategy that is judged, and that which it is compared with world by world; else the first that was run."""
     judged: tuple[tuple[str, str], ...]
     """Columns, and measures by which strategies are compared; the first tells what a change does, too."""
     losses: tuple[tuple[str, str], ...] = ()
@@ -140,8 +138,3 @@ BOUNCES = Specification(
     losses=((TIME, SLOWER), (LENGTH, LONGER)),
     pooled=FAMILIES,
 )
-
-
-def specification_of(is_of_bounces: bool) -> Specification:
-    """The specification of a study with or without `--bounces`."""
-    return BOUNCES if is_of_bounces else PAPER

@@ -6,15 +6,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-FIGURES = "figures"
-"""Folder of the figures in that of the study."""
 OTHER_COLOURS = ("#882255", "#8f5a00", "#332288", "#555555")
-"""Dark enough for thin lines on white."""
 COLOURS = ("#0072b2", "#d55e00", "#009e73", *OTHER_COLOURS)
-"""Those of Okabe and Ito first, which the colour-blind can distinguish."""
+"""Those of Okabe and Ito, which the colour-blind can distinguish, and others dark enough for thin lines on white."""
 MARKS = "os^Dv*P"
 SOLID = "#5b6472"
 STYLE: dict[Any, Any] = {
@@ -31,9 +27,7 @@ STYLE: dict[Any, Any] = {
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of a size in inches."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def add_caption(figure: Figure, text: str) -> None:
@@ -53,8 +47,8 @@ class Picture(NamedTuple):
 def saved_picture(folder: Path, name: str, figure: Figure, words: str) -> Picture:
     """Saves a figure as figures/NAME.png and .svg in a study's folder."""
     # only characters that every file system takes
-    file = FIGURES + "/" + re.sub(r"[^\w.-]+", "-", name).strip("-")
-    (folder / FIGURES).mkdir(exist_ok=True)
+    file = "figures/" + re.sub(r"[^\w.-]+", "-", name).strip("-")
+    (folder / "figures").mkdir(exist_ok=True)
     figure.savefig(folder / f"{file}.png", dpi=150)
     figure.savefig(folder / f"{file}.svg", metadata={"Date": None})
     return Picture(b64encode((folder / f"{file}.svg").read_bytes()).decode(), words, file)

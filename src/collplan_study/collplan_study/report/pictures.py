@@ -21,14 +21,12 @@ from collplan_study.run.rows import PATHS
 from collplan_study.run.study_folder import StudyData
 
 GROWN, FAILED, GROUND = "#d5d9df", "#000000", "#ffffff"
-LEAST_DRAWN = 2
-"""Worlds of a case whose paths are drawn because least is saved there; the one where most is follows."""
 
 
 def paths_picture(data: StudyData, found: CaseResults) -> Picture:
     """Draws paths of a case and saves the picture."""
     worlds = [gain["world"] for gain in found.by_world] or found.worlds
-    drawn = list(dict.fromkeys([*worlds[:LEAST_DRAWN], worlds[-1]]))
+    drawn = list(dict.fromkeys([*worlds[:2], worlds[-1]]))
     where = f"{len(drawn)} of {len(found.worlds)} worlds, where least is saved, and last where most is"
     figure, name = draw_paths(data, found, drawn), found.case.name
     return saved_picture(data.folder, f"{name}-paths", figure, f"{name}: paths in {where}")
@@ -41,9 +39,8 @@ def draw_paths(data: StudyData, found: CaseResults, names: Sequence[str]) -> Fig
     x0, y0, x1, y1 = worlds[names[0]].bounds
     height = min(max(9.0 / len(cells) * (y1 - y0) / (x1 - x0), 1.5), 6.0)
     figure = new_figure(9.0, (height + 0.35) * len(names))
-    runs = found.case.rows(data.runs, "")
     # the axes of the case outrank the parameters
-    values = {**data.provenance["parameters"], **runs.row(0, named=True)}
+    values = {**data.provenance["parameters"], **found.case.rows(data.runs, "").row(0, named=True)}
     for place, (name, cell) in enumerate((name, cell) for name in names for cell in cells):
         axes, world = figure.add_subplot(len(names), len(cells), place + 1), worlds[name]
         labels = {"world": name, "ablation": "", **found.case.point}
@@ -95,10 +92,8 @@ def _draw_runs(axes: Axes, data: StudyData, labels: Mapping[str, Any], ends: pl.
 
 
 def _draw_ends(axes: Axes, world: World, radius: float, tolerance: float) -> None:
-    for point, mark, size, around, style in (
-        (world.start, "o", 6, radius, "-"),
-        (world.goal, "*", 9, tolerance, "--"),
-    ):
+    ends = (world.start, "o", 6, radius, "-"), (world.goal, "*", 9, tolerance, "--")
+    for point, mark, size, around, style in ends:
         if point is not None:
             axes.plot(*point, marker=mark, color="#000000", markersize=size, zorder=4)
             axes.add_patch(Circle(tuple(point), around, fill=False, linewidth=0.8, linestyle=style, zorder=4))

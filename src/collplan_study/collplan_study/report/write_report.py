@@ -11,15 +11,13 @@ from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import all_specs
 from collplan_study.analysis import results
 from collplan_study.analysis.statistics import MEAN, SPREAD
-from collplan_study.question.specification import LENGTH, LONGER, PANELS, SAVED, SLOWER, TIME, specification_of
+from collplan_study.question.specification import BOUNCES, LENGTH, LONGER, PANELS, PAPER, SAVED, SLOWER, TIME
 from collplan_study.report.content import number, with_interval
 from collplan_study.report.pictures import paths_picture
 from collplan_study.run.rows import axes_of
 from collplan_study.run.study_folder import REPORT, read_study, replace_file
 
 RESULTS = "table.json"
-SHOWN, LEAST = 100, 6
-"""Failed runs listed at most; worlds listed of each case, those where least is saved."""
 NAMES = {
     (TIME, MEAN): "arrival time mean",
     (TIME, SPREAD): "arrival time STD",
@@ -35,7 +33,7 @@ NAMES = {
 def write_report(folder: Path) -> None:
     """Writes the report of a study whose tables are in the folder."""
     data = read_study(folder)
-    specification = specification_of(bool(data.provenance["question"].get("bounces")))
+    specification = BOUNCES if data.provenance["question"].get("bounces") else PAPER
     found = results.study_results(specification, data.runs, data.impacts)
     replace_file(folder / RESULTS, json.dumps({**results.ABOUT, **asdict(found)}, indent=2, allow_nan=False) + "\n")
     labels = ("world", "ablation", "strategy", "map_period_s", *axes_of(data.runs.columns), "trial", "seed")
@@ -45,14 +43,11 @@ def write_report(folder: Path) -> None:
         "results": found,
         "pictures": [paths_picture(data, each) for each in found.cases if each.case.headline],
         "names": NAMES,
-        "judged_names": [NAMES[each] for each in specification.judged],
         "levels": [f"{NAMES[panel]} [{'s' if panel[0] == TIME else 'm'}]" for panel in PANELS],
         "meanings": results.MEANINGS,
         "verdicts": (results.HOLDS, results.SAME, results.OPPOSITE, results.REVERSED),
-        "least": LEAST,
         "runs": data.runs.height,
         "failed": data.runs.filter(pl.col("outcome") != REACHED).select(columns),
-        "shown": SHOWN,
         "specs": [spec for spec in all_specs().values() if spec.key in data.provenance["parameters"]],
         "provenance": data.provenance,
     }

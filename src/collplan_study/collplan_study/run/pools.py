@@ -27,10 +27,8 @@ Pool = tuple[Executor, int]
 """An executor and its number of workers."""
 PATIENCE = 10.0
 """Time within which a Dask scheduler must answer [s]."""
-BATCH = 4
-"""Trials in a batch: some tenths of a second of work, and one write to the disk."""
-QUEUED = 2
-"""Batches submitted for each worker."""
+BATCH, QUEUED = 4, 2
+"""Trials in a batch, some tenths of a second of work and one write to the disk, and batches submitted for a worker."""
 CODE = trial_code()
 """Of what this process runs: taken at the import, as the files may change later."""
 # once in every process; else the first trial's planning times would include compiling
@@ -115,10 +113,7 @@ def _on_cluster(address: str) -> Iterator[Pool]:
 
 
 def run_tasks(tasks: Iterable[Task], pool: Pool, code: str) -> Iterator[list[TrialRow]]:
-    """The records of each batch as it is completed, in no order. Memory does not grow with the number of tasks.
-
-    A worker with other code than `code` may join at any time: the workers are lost then, too.
-    """
+    """The records of each batch as it is completed, in no order; WorkersLost where a worker has other code, too."""
     (executor, workers), remaining = pool, iter(tasks)
     batches = iter(lambda: tuple(islice(remaining, BATCH)), ())
     pending: set[Future[list[TrialRow]]] = set()

@@ -28,11 +28,9 @@ def trial_code() -> str:
 def git_state() -> str | None:
     """Commit of the sources as `git describe` prints it, with -dirty for changes; None outside a repository."""
     command = ["git", "-C", str(SIMULATOR), "describe", "--always", "--dirty", "--abbrev=12"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=10.0, check=True)
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout.strip()
+    with suppress(OSError, subprocess.SubprocessError):
+        return subprocess.run(command, capture_output=True, text=True, timeout=10.0, check=True).stdout.strip()
+    return None
 
 
 def versions() -> dict[str, str]:

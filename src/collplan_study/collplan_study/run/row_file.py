@@ -21,16 +21,8 @@ class JsonLines:
         self._file = path.open("a+b")
 
     def close(self) -> None:
-        """Closes the file, and gives up its lock."""
+        """Closes the file, and gives up the lock of a RowFile."""
         self._file.close()
-
-    def lock(self) -> bool:
-        """Keeps others out until the file is closed; whether no other process has locked it."""
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            return False
-        return True
 
     def lines(self) -> Iterator[tuple[int, bytes]]:
         """Offset and content of every line; an incomplete last one is removed from the file."""
@@ -69,8 +61,10 @@ class RowFile(JsonLines):
         """Opens and locks the file of a study begun with `code`, and reads which trials of its grid it holds."""
         super().__init__(path)
         self._grid, self._code, self._offsets = grid, code, dict[int, int]()
-        if not self.lock():
-            raise StudyError(f"{path}: another process is at work on this study")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise StudyError(f"{path}: another process is at work on this study") from None
         for number, (offset, line) in enumerate(self.lines(), 1):
             self._offsets[self._checked_index(f"{path}:{number}", line)] = offset
 
@@ -85,7 +79,7 @@ class RowFile(JsonLines):
         return (self.record(offset) for _, offset in sorted(self._offsets.items()))
 
     def append(self, *records: TrialRow) -> Sequence[int]:
-        """Appends trials; they are on the disk when this returns."""
+        """Appends trials, as JsonLines does."""
         offsets = super().append(*records)
         self._offsets |= zip((record["index"] for record in records), offsets, strict=True)
         return offsets

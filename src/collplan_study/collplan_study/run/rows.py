@@ -21,7 +21,8 @@ def _share(maneuver: str, result: TrialResult) -> float | None:
     return result.maneuvers.get(maneuver, 0) / periods if periods else None
 
 
-def _over(statistic: Callable[..., Any], values: np.ndarray) -> float | None:
+def over(statistic: Callable[..., Any], values: np.ndarray) -> float | None:
+    """A statistic of values; None where there is none."""
     return float(statistic(values)) if len(values) else None
 
 
@@ -37,8 +38,7 @@ LABELS: dict[str, type] = {
 """First columns of every table: the cell of the grid that a trial belongs to. The --set axes follow, then TRIAL."""
 TRIAL: dict[str, type] = {"trial": int, "seed": int}
 SHARES = tuple(f"share_{maneuver}" for maneuver in MANEUVERS)
-Measure = Callable[[TrialResult], Any]
-MEASURED: dict[str, tuple[type, Measure]] = {
+MEASURED: dict[str, tuple[type, Callable[[TrialResult], Any]]] = {
     "outcome": (str, lambda result: result.outcome),
     "arrival_time_s": (float, lambda result: result.arrival_time),
     "path_length_m": (float, lambda result: result.path_length),
@@ -48,11 +48,11 @@ MEASURED: dict[str, tuple[type, Measure]] = {
     "mean_speed": (float, _mean_speed),
     "max_impact_speed": (float, lambda result: max((hit.speed_into for hit in result.impacts), default=0.0)),
     "plans": (int, lambda result: len(result.plans)),
-    "candidates_mean": (float, lambda result: _over(np.mean, result.candidates)),
-    "candidates_before_pruning_mean": (float, lambda result: _over(np.mean, result.candidates_before_pruning)),
+    "candidates_mean": (float, lambda result: over(np.mean, result.candidates)),
+    "candidates_before_pruning_mean": (float, lambda result: over(np.mean, result.candidates_before_pruning)),
     **{name: (float, partial(_share, maneuver)) for name, maneuver in zip(SHARES, MANEUVERS, strict=True)},
-    "plan_time_ms_p50": (float, lambda result: _over(partial(np.percentile, q=50), 1e3 * result.plan_times)),
-    "plan_time_ms_p99": (float, lambda result: _over(partial(np.percentile, q=99), 1e3 * result.plan_times)),
+    "plan_time_ms_p50": (float, lambda result: over(partial(np.percentile, q=50), 1e3 * result.plan_times)),
+    "plan_time_ms_p99": (float, lambda result: over(partial(np.percentile, q=99), 1e3 * result.plan_times)),
 }
 """Type and measure of each column of a trial; None where there is nothing to measure. Speeds in m/s; shares of the
 control periods, 0 to 1."""

@@ -16,7 +16,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError, read_world, save_world, world_text
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import ENGINE, NO_ABLATION, Source, Task, load_sources, make_grid
-from collplan_study.question.question import NONE, Question, StudyOptions, question_from
+from collplan_study.question.question import PARTS, Question, StudyOptions, question_from
 from collplan_study.question.specification import Changes
 from collplan_study.run.provenance import git_state, platform_record, trial_code, versions
 from collplan_study.run.rows import IMPACTS, TABLE
@@ -37,17 +37,12 @@ class Study:
     folder: Path | None
     """None where it has none yet."""
 
-    @property
-    def code(self) -> str:
-        """Hash of the code that its trials are run by."""
-        return str(self.provenance["code"]["trial"])
-
 
 def prepare(options: StudyOptions) -> Study:
     """The study that the options describe, new or resumed. Writes nothing."""
     try:
         study = _new(options) if options.resume is None else _resumed(options, options.resume)
-        if options.run != NONE:
+        if PARTS[options.run]:
             check_installed(study.grid[0].settings.simulator)
     except (WorldError, ParameterError) as error:
         raise StudyError(str(error)) from None
@@ -81,11 +76,7 @@ def _resumed(options: StudyOptions, folder: Path) -> Study:
 
 
 def new_provenance(question: Question, sources: Sequence[Source], ablations: Changes, trials: int) -> dict[str, Any]:
-    """Provenance of a study of so many trials, before the first of them.
-
-    `parameters` are the defaults with the requested engine; `question`, `sources` and `ablations` hold the changes in
-    the cells of the grid.
-    """
+    """Provenance of a study of so many trials; `parameters` are the defaults, which the question changes."""
     return {
         "results": "simulated",
         "question": asdict(question),
@@ -110,10 +101,7 @@ def new_provenance(question: Question, sources: Sequence[Source], ablations: Cha
 
 
 def make_folder(out: Path | None, provenance: Mapping[str, Any], sources: Sequence[Source]) -> Path:
-    """Makes a study's folder, at a path that is new or empty, by default runs/study-<time of this second>.
-
-    Its provenance is written last and in one atomic step: a folder that has it can be resumed.
-    """
+    """Makes a study's folder, by default runs/study-<time>. One that has a provenance, written last, can be resumed."""
     folder = out or RUNS / f"study-{datetime.now():%Y-%m-%d_%H-%M-%S}"
     (folder / WORLDS).mkdir(parents=True)
     for source, record in zip(sources, provenance["sources"], strict=True):
@@ -159,20 +147,15 @@ class StudyData:
     provenance: Mapping[str, Any]
     sources: tuple[Source, ...]
     runs: pl.DataFrame
-    """Rows of the runs done so far."""
     impacts: pl.DataFrame
-    """Rows of their impacts."""
 
 
 def read_study(folder: Path) -> StudyData:
     """The study in a folder; a StudyError or a WorldError where a file of it is missing or cut off."""
     provenance = read_provenance(folder)
-    tables = [_table(folder / name) for name in (TABLE, IMPACTS)]
-    return StudyData(folder, provenance, read_sources(folder, provenance), *tables)
-
-
-def _table(path: Path) -> pl.DataFrame:
     try:
-        return pl.read_parquet(path)
+        runs, impacts = (pl.read_parquet(folder / name) for name in (TABLE, IMPACTS))
     except (OSError, pl.exceptions.PolarsError):
-        raise StudyError(f"{path}: missing or cut off, study --resume {path.parent} makes it anew") from None
+        advice = f"study --resume {folder} makes them anew"
+        raise StudyError(f"{folder}: {TABLE} or {IMPACTS} missing or cut off, {advice}") from None
+    return StudyData(folder, provenance, read_sources(folder, provenance), runs, impacts)
