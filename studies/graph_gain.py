@@ -205,11 +205,10 @@ def gains(rows: Sequence[dict[str, Any]]) -> tuple[Estimate, Estimate, Estimate]
     in_trials, in_graph = ([100.0 * (1.0 - each[:, k] / each[:, k + 1]) for each in _times(rows)] for k in (0, 2))
     whole = level_of(MEAN, in_trials)
     above_zero = whole.low is not None and whole.low > 0.0
-    if not above_zero:
-        return whole, level_of(MEAN, in_graph), Estimate(None, note="no gain that is surely above zero")
     lost = improvement(MEAN, in_graph, in_trials)
     value, low, high = (None if each is None else 100.0 - each for each in (lost.value, lost.high, lost.low))
-    return whole, level_of(MEAN, in_graph), Estimate(value, low, high, lost.note)
+    none = Estimate(None, note="no gain that is surely above zero")
+    return whole, level_of(MEAN, in_graph), Estimate(value, low, high, lost.note) if above_zero else none
 
 
 def stage_table(rows: Sequence[dict[str, Any]]) -> Section:

@@ -15,6 +15,7 @@ from collplan_study.report.figures import Picture
 from collplan_study.run.rows import ERROR, MEASURES, TrialRow, write_tables
 from collplan_study.run.study_folder import make_folder, new_provenance
 
+
 def without_figures(patch: pytest.MonkeyPatch) -> None:
     """Fewer resamples, and figures made but not rendered, which takes the time."""
     patch.setattr(statistics, "RESAMPLES", 499)

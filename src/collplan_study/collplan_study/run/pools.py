@@ -32,12 +32,12 @@ BATCH, QUEUED = 4, 2
 CODE = trial_code()
 """Of what this process runs: taken at the import, as the files may change later."""
 # once in every process; else the first trial's planning times would include compiling
-_warm_up_once = cache(warm_up)
+warm_up_once = cache(warm_up)
 
 
 def run_batch(tasks: Sequence[Task]) -> list[TrialRow]:
     """Runs trials one after the other; one that raises becomes a row with its error."""
-    _warm_up_once()
+    warm_up_once()
     return [_run_task(task) for task in tasks]
 
 
@@ -49,8 +49,7 @@ def _run_task(task: Task) -> TrialRow:
         impacts = impact_rows(result)
     except Exception as error:
         measured, path, impacts = error_measures(error), NO_PATH, []
-    row = {**task.labels, **measured}
-    return {"index": task.index, "code": CODE, "row": row, "path": path, "impacts": impacts}
+    return {"index": task.index, "code": CODE, "row": {**task.labels, **measured}, "path": path, "impacts": impacts}
 
 
 def enter_worker() -> None:
@@ -123,7 +122,7 @@ def run_tasks(tasks: Iterable[Task], pool: Pool, code: str) -> Iterator[list[Tri
             if not pending:
                 return
             done, pending = wait(pending, return_when=FIRST_COMPLETED)
-            for rows in [future.result() for future in done]:
+            for rows in (future.result() for future in done):
                 for found in {row.get("code") for row in rows} - {code}:
                     joined = f"a worker with other code or libraries ({found}) has joined"
                     raise WorkersLost(f"{joined}, here is {code}: end it")
