@@ -16,16 +16,16 @@ from collplan_core.worlds import WorldError, load_world, save_world
 from collplan_core.worlds.families import FAMILIES
 from collplan_study.errors import StudyError
 from collplan_study.question import held_out
-from collplan_study.question.grid import load_sources, make_grid, trial_seed
+from collplan_study.question.grid import NO_ABLATION, load_sources, make_grid, trial_seed
 from collplan_study.question.question import Question
 from collplan_study.question.specification import ABLATIONS
 from collplan_study.question.specification import PAPER as PAPERS_QUESTION
 
 
-def grid_of(ablations=None, **parts):
+def grid_of(changes=None, /, **parts):
     question = Question(**parts)
     sources = load_sources(question.worlds, question.start, question.goal)
-    return make_grid(question, sources, *([] if ablations is None else [ablations]))
+    return make_grid(question, sources, changes or NO_ABLATION)
 
 
 def test_the_default_is_the_papers_300_runs():

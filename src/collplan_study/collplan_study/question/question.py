@@ -26,14 +26,9 @@ OWN_OPTION = {
 """Parameters that have an option of their own, which --set refuses."""
 
 
-def option(default: Any, help: str, **kwargs: Any) -> Any:
+def option(flag: str, default: Any, help: str, **kwargs: Any) -> Any:
     """A field that an option of the command line sets: its meaning is the help of the option."""
-    return field(default=default, metadata={"help": help, **kwargs})
-
-
-def flag_of(name: str) -> str:
-    """The option that sets a field."""
-    return {"values": "--set", "report": "--no-report"}.get(name, f"--{name.replace('_', '-')}")
+    return field(default=default, metadata={"flag": flag, "help": help, **kwargs})
 
 
 def _numbers(text: str) -> tuple[float, ...]:
@@ -43,7 +38,7 @@ def _numbers(text: str) -> tuple[float, ...]:
 def _shown(parts: Mapping[str, Any]) -> str:
     """Help text: the defaults with an option that stands for a question."""
     texts = {key: ",".join(map(str, value)) if isinstance(value, tuple) else value for key, value in parts.items()}
-    return "then the defaults are " + ", ".join(f"{flag_of(key)[2:]} {text}" for key, text in texts.items())
+    return "then the defaults are " + ", ".join(f"{key.replace('_', '-')} {text}" for key, text in texts.items())
 
 
 _WORLDS = "NAME, FILE, FAMILY:SEED, FAMILY:A-B, both inclusive, or DIR, a family of world files (default corridor)"
@@ -53,6 +48,7 @@ _CHANGES = "change a parameter; several values make an axis; may be given severa
 _ENGINES = f"engine that computes contacts: {' or '.join(all_specs()['simulator.engine'].choices)} (default pymunk)"
 _ABLATIONS = f"run each named ablation too ({_shown(PAPER.with_ablations)})"
 _BOUNCES = f"measure the gain by deliberate bounces, in worlds not used for tuning ({_shown(BOUNCES.defaults)})"
+_VARIED, _FEWER = "those to run ablations with (default all)", "trials in each of their cells (default as without)"
 _NAMES: dict[str, Any] = {"type": lambda text: tuple(text.split(",")), "metavar": "A,..."}
 _NUMBER: dict[str, Any] = {"type": int, "metavar": "N"}
 _POSITION: dict[str, Any] = {"type": float, "nargs": 2, "metavar": ("X", "Y")}
@@ -62,19 +58,19 @@ _POSITION: dict[str, Any] = {"type": float, "nargs": 2, "metavar": ("X", "Y")}
 class Question:
     """The question of a study; the defaults are the paper's 300 runs. Paper: IV-B, IV-C."""
 
-    worlds: tuple[str, ...] = option(("corridor",), _WORLDS, **_NAMES)
-    strategies: tuple[str, ...] = option(tuple(PAPER_WEIGHTS), _STRATEGIES, **_NAMES)
-    map_periods: tuple[float, ...] | None = option(None, _PERIODS, type=_numbers, metavar="T,...")
-    trials: int = option(20, "trials in each cell of the grid (default 20)", **_NUMBER)
-    seed: int = option(0, "seed of the study, from which those of the trials follow (default 0)", **_NUMBER)
-    values: tuple[str, ...] = option((), _CHANGES, action="append", metavar="KEY=VALUE,...")
-    start: tuple[float, ...] | None = option(None, "start position [m] (default each world's own)", **_POSITION)
-    goal: tuple[float, ...] | None = option(None, "goal position [m] (default each world's own)", **_POSITION)
-    ablations: bool = option(False, _ABLATIONS, action="store_true")
-    ablation_strategies: tuple[str, ...] | None = option(None, "those to run ablations with (default all)", **_NAMES)
-    ablation_trials: int | None = option(None, "trials in each cell of an ablation (default as without)", **_NUMBER)
-    engine: str = option(Simulation().engine, _ENGINES, metavar="NAME")
-    bounces: bool = option(False, _BOUNCES, action="store_true")
+    worlds: tuple[str, ...] = option("--worlds", ("corridor",), _WORLDS, **_NAMES)
+    strategies: tuple[str, ...] = option("--strategies", tuple(PAPER_WEIGHTS), _STRATEGIES, **_NAMES)
+    map_periods: tuple[float, ...] | None = option("--map-periods", None, _PERIODS, type=_numbers, metavar="T,...")
+    trials: int = option("--trials", 20, "trials in each cell of the grid (default 20)", **_NUMBER)
+    seed: int = option("--seed", 0, "seed of the study, from which those of the trials follow (default 0)", **_NUMBER)
+    values: tuple[str, ...] = option("--set", (), _CHANGES, action="append", metavar="KEY=VALUE,...")
+    start: tuple[float, ...] | None = option("--start", None, "start [m] (default each world's own)", **_POSITION)
+    goal: tuple[float, ...] | None = option("--goal", None, "goal [m] (default each world's own)", **_POSITION)
+    ablations: bool = option("--ablations", False, _ABLATIONS, action="store_true")
+    ablation_strategies: tuple[str, ...] | None = option("--ablation-strategies", None, _VARIED, **_NAMES)
+    ablation_trials: int | None = option("--ablation-trials", None, _FEWER, **_NUMBER)
+    engine: str = option("--engine", Simulation().engine, _ENGINES, metavar="NAME")
+    bounces: bool = option("--bounces", False, _BOUNCES, action="store_true")
 
     @property
     def specification(self) -> Specification:
@@ -82,12 +78,13 @@ class Question:
         return BOUNCES if self.bounces else PAPER
 
     def __post_init__(self) -> None:
+        flags = {part.name: part.metadata["flag"] for part in fields(self)}
         for name, least in (("trials", 1), ("ablation_trials", 1), ("seed", 0)):
             number = getattr(self, name)
             if number is not None and number < least:
-                raise StudyError(f"{flag_of(name)}: got {number}, expected at least {least}")
+                raise StudyError(f"{flags[name]}: got {number}, expected at least {least}")
         for name in ("worlds", "strategies", "map_periods", "ablation_strategies"):
-            _check_once(flag_of(name), getattr(self, name))
+            _check_once(flags[name], getattr(self, name))
         for strategy in self.ablation_strategies or () if self.ablations else ():
             if strategy not in self.strategies:
                 expected = f"expected some of --strategies {','.join(self.strategies)}"
@@ -163,12 +160,12 @@ class StudyOptions:
 
     overrides: dict[str, Any] = field(default_factory=dict)
     """Parts of the question that the command line gives."""
-    jobs: int = option(CPUS, f"processes (default {CPUS}, the CPUs here)", type=int, metavar="N")
-    dask: str | None = option(None, "run on the Dask cluster with this scheduler instead", metavar="ADDRESS")
-    out: Path | None = field(default=None, metadata={"help": _OUT, **_FOLDER})
-    resume: Path | None = field(default=None, metadata={"help": _RESUME, **_FOLDER})
-    run: str = option("all", _RUN, choices=tuple(PARTS))
-    report: bool = option(True, "make the tables alone, without report and figures", action="store_false")
+    jobs: int = option("--jobs", CPUS, f"processes (default {CPUS}, the CPUs here)", type=int, metavar="N")
+    dask: str | None = option("--dask", None, "run on the Dask cluster with this scheduler instead", metavar="ADDRESS")
+    out: Path | None = field(default=None, metadata={"flag": "--out", "help": _OUT, **_FOLDER})
+    resume: Path | None = field(default=None, metadata={"flag": "--resume", "help": _RESUME, **_FOLDER})
+    run: str = option("--run", "all", _RUN, choices=tuple(PARTS))
+    report: bool = option("--no-report", True, "make the tables alone, no report or figures", action="store_false")
 
     def question(self, recorded: Question | None = None) -> Question:
         """The question of a new study, or that of the recorded one, which the command line must not contradict."""
@@ -213,8 +210,8 @@ def parse(args: Sequence[str] | None = None) -> StudyOptions:
     parser = parser_of("study", DESCRIPTION, EPILOG)
     grid, how = parser.add_argument_group("the grid"), parser.add_argument_group("how it is run")
     for group, parts in ((grid, fields(Question)), (how, fields(StudyOptions))):
-        for part in (part for part in parts if part.metadata):
-            group.add_argument(flag_of(part.name), dest=part.name, default=argparse.SUPPRESS, **part.metadata)
+        for part, asked in ((part, dict(part.metadata)) for part in parts if part.metadata):
+            group.add_argument(asked.pop("flag"), dest=part.name, default=argparse.SUPPRESS, **asked)
     why = "leave them out beside --bounces"
     grid.add_argument("--no-ablations", dest="ablations", action="store_false", default=argparse.SUPPRESS, help=why)
     given = vars(parser.parse_args(args))
