@@ -24,11 +24,11 @@ import polars as pl
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.worlds import World, WorldError, save_world
-from collplan_study.analysis.cells import TIME
-from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds
+from collplan_study.analysis.results import VALUE, distinct, mean_over_worlds
 from collplan_study.errors import StudyError
+from collplan_study.question.specification import TIME
 from collplan_study.report.content import with_interval
-from collplan_study.report.study_data import read_study
+from collplan_study.run.study_folder import read_study
 from markdown_text import Section, markdown
 from sdf import load_sdf
 

@@ -32,9 +32,9 @@ from collplan_core.replay.reading import Call, Event
 from collplan_core.worlds import load_world
 from collplan_ros.bringup.failures import GRAPH_LOST, NOT_REACHED
 from collplan_ros.replay.recorded_journals import read_journals
-from collplan_study.analysis.statistics import MEAN, Estimate, level_of, share_of
-from collplan_study.question.bounces import SPREADS
+from collplan_study.analysis.statistics import MEAN, Estimate, improvement, level_of
 from collplan_study.question.question import parse_axes
+from collplan_study.question.specification import SPREADS
 from collplan_study.report.content import number, with_interval
 from collplan_study.run.row_file import JsonLines
 from markdown_text import Section, markdown
@@ -205,8 +205,10 @@ def gains(rows: Sequence[dict[str, Any]]) -> tuple[Estimate, Estimate, Estimate]
     in_trials, in_graph = ([100.0 * (1.0 - each[:, k] / each[:, k + 1]) for each in _times(rows)] for k in (0, 2))
     whole = level_of(MEAN, in_trials)
     above_zero = whole.low is not None and whole.low > 0.0
-    left = share_of(in_graph, in_trials) if above_zero else Estimate(None, note="no gain that is surely above zero")
-    return whole, level_of(MEAN, in_graph), left
+    lost = improvement(MEAN, in_graph, in_trials)
+    value, low, high = (None if each is None else 100.0 - each for each in (lost.value, lost.high, lost.low))
+    none = Estimate(None, note="no gain that is surely above zero")
+    return whole, level_of(MEAN, in_graph), Estimate(value, low, high, lost.note) if above_zero else none
 
 
 def stage_table(rows: Sequence[dict[str, Any]]) -> Section:

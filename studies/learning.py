@@ -29,8 +29,8 @@ from collplan_core.parameters.file import write_values
 from collplan_core.worlds import World, load_world
 from collplan_ros.bringup.driving import Bringup, wait_until_ready
 from collplan_ros.bringup.options import parse
-from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
+from collplan_study.question.specification import SPREADS
 from collplan_study.report.content import number
 from collplan_study.run.pools import open_pool
 from collplan_study.run.provenance import trial_code

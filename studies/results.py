@@ -18,7 +18,6 @@ from typing import NamedTuple
 import barn
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_study.main import main as study
-from collplan_study.question.bounces import SPREADS
 from collplan_study.question.held_out import (
     ABLATION_WORLDS,
     FAMILIES,
@@ -28,6 +27,7 @@ from collplan_study.question.held_out import (
     held_out_worlds,
 )
 from collplan_study.question.question import Question
+from collplan_study.question.specification import SPREADS
 from collplan_study.run.study_folder import PROVENANCE
 
 OUT = Path("runs/results")

@@ -7,8 +7,8 @@ import pytest
 
 from barn import main, optimal_lengths
 from collplan_core.worlds import read_world
+from collplan_study.question.grid import load_sources
 from collplan_study.question.question import Question
-from collplan_study.question.sources import load_sources
 from fake_studies import fake_study, reached
 from sdf_files import CYLINDER, model, write
 

@@ -8,9 +8,9 @@ import pytest
 
 from collplan_study.analysis import statistics
 from collplan_study.question import held_out
-from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, SPREADS, VARIANTS
-from collplan_study.question.options import parse as parse_study
+from collplan_study.question.question import parse as parse_study
 from collplan_study.question.question import question_from
+from collplan_study.question.specification import DEFAULTS, KNOWN_MAP, SPREADS, VARIANTS
 from fake_studies import fake_study, reached
 from optimum import __main__ as command
 from optimum.__main__ import main

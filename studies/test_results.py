@@ -4,7 +4,7 @@ import pytest
 
 import results
 from collplan_study.question import held_out
-from collplan_study.question.options import parse
+from collplan_study.question.question import parse
 from collplan_study.run.study_folder import ROWS
 from results import BARN, PARTS, Part, main
 

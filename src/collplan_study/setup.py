@@ -28,7 +28,6 @@ setup(
         "matplotlib>=3.8",
         "numpy>=1.26.4",
         "polars",
-        "pyarrow>=17",
         "PyYAML>=6.0.1",
         "scipy>=1.11.4",
         "shapely>=2.0.3",

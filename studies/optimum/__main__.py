@@ -14,10 +14,8 @@ from collplan_study import main as study
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import make_grid
 from collplan_study.question.question import question_from
-from collplan_study.report.study_data import StudyData, read_study
-from collplan_study.run.pools import open_pool
-from collplan_study.run.runner import progress_bar
-from collplan_study.run.study_folder import RUNS
+from collplan_study.run.pools import open_pool, progress_bar
+from collplan_study.run.study_folder import RUNS, StudyData, read_study
 from markdown_text import Section, markdown
 from optimum.best_trajectory import GUESSED_OFFSETS, check_installed
 from optimum.comparison import compare, record_of, table_of

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from collplan_study.analysis.cells import TIME
-from collplan_study.analysis.pairs import VALUE, finite, mean_over_worlds
+from collplan_study.analysis.results import VALUE, finite, mean_over_worlds
 from collplan_study.analysis.statistics import Estimate
+from collplan_study.question.specification import TIME
 from collplan_study.report.content import number, with_interval
 from markdown_text import Section
 from optimum.world_optimum import WorldOptimum

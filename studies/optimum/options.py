@@ -9,7 +9,7 @@ from pathlib import Path
 
 from collplan_study.errors import StudyError
 from collplan_study.question.held_out import TRIALS
-from collplan_study.question.options import parse as parse_study
+from collplan_study.question.question import parse as parse_study
 from collplan_study.run.study_folder import RUNS
 
 FAMILIES = ("serpentine", "u", "baffles", "z", "l")

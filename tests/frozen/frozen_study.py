@@ -13,4 +13,4 @@ OPTIONS = ["--map-periods", "0.2", "--seed", "11", "--set", "trial.timeout=4", "
 def frozen_study(scratch: Path) -> list[dict[str, Any]]:
     """Rows of the study, without wall times."""
     main([*GRID, *OPTIONS, "--out", str(scratch / "study")])
-    return table(scratch / "study").to_pylist()
+    return table(scratch / "study").to_dicts()

@@ -4,15 +4,23 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
-from collplan_study.question.grid import NO_ABLATION, Task, make_grid
-from collplan_study.question.options import StudyOptions
+from collplan_study.analysis import statistics
+from collplan_study.question.grid import NO_ABLATION, Source, Task, load_sources, make_grid
 from collplan_study.question.question import Question
-from collplan_study.question.sources import Source, load_sources
-from collplan_study.run.provenance import new_provenance, new_session
-from collplan_study.run.study_folder import make_folder
-from collplan_study.tables.rows import ERROR, TrialRow, blank
-from collplan_study.tables.table_files import write_tables
+from collplan_study.report import pictures
+from collplan_study.report.figures import Picture
+from collplan_study.run.rows import ERROR, MEASURES, TrialRow, write_tables
+from collplan_study.run.study_folder import make_folder, new_provenance
+
+
+def without_figures(patch: pytest.MonkeyPatch) -> None:
+    """Fewer resamples, and figures made but not rendered, which takes the time."""
+    patch.setattr(statistics, "RESAMPLES", 499)
+    patch.setattr(pictures, "saved_picture", lambda folder, name, figure, words: Picture("<svg/>", words, name))
+
 
 Measures = Callable[[Task], dict[str, Any]]
 Impacts = Callable[[Task], list[dict[str, Any]]]
@@ -20,7 +28,7 @@ Impacts = Callable[[Task], list[dict[str, Any]]]
 
 def reached(time: float, length: float = 2.0, impacts: int = 1) -> dict[str, Any]:
     return {
-        **blank(),
+        **dict.fromkeys(MEASURES),
         "outcome": "reached",
         "arrival_time_s": time,
         "path_length_m": length,
@@ -46,7 +54,7 @@ def timed_out() -> dict[str, Any]:
 
 
 def failed() -> dict[str, Any]:
-    return {**blank(), "outcome": ERROR, "error": "ValueError: <b>&"}
+    return {**dict.fromkeys(MEASURES), "outcome": ERROR, "error": "ValueError: <b>&"}
 
 
 def fake_study(
@@ -61,7 +69,6 @@ def fake_study(
     sources = load_sources(question.worlds, None, None) if sources is None else sources
     grid = make_grid(question, sources, ablations)
     provenance = new_provenance(question, sources, ablations, len(grid))
-    provenance["sessions"].append(new_session(StudyOptions(), 0))
     folder = make_folder(out, provenance, sources)
     write_tables(folder, grid, (_record(task, measures(task), impacts(task)) for task in grid))
     return folder

@@ -6,8 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.parquet as pq
+import polars as pl
 
 from collplan_study.main import main
 from collplan_study.run.study_folder import ROWS
@@ -29,13 +28,13 @@ def resume(folder: Path, *options: str) -> Path:
     return folder
 
 
-def table(folder: Path) -> pa.Table:
+def table(folder: Path) -> pl.DataFrame:
     """The rows without the columns of wall times."""
-    return pq.read_table(folder / "trials.parquet").drop_columns(WALL_TIMES)
+    return pl.read_parquet(folder / "trials.parquet").drop(WALL_TIMES)
 
 
-def paths(folder: Path) -> pa.Table:
-    return pq.read_table(folder / "trajectories.parquet")
+def paths(folder: Path) -> pl.DataFrame:
+    return pl.read_parquet(folder / "trajectories.parquet")
 
 
 def same(folder: Path, other: Path) -> bool:

@@ -3,31 +3,24 @@
 import json
 import sys
 from collections import Counter
-from dataclasses import replace
 from functools import partial
 from math import radians
 
 import numpy as np
-import polars as pl
 import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.worlds import load_world
-from collplan_study.analysis import statistics
-from collplan_study.bounces.results import bounce_results
 from collplan_study.errors import StudyError
 from collplan_study.main import main as study
-from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, VARIANTS, variants_of
-from collplan_study.question.grid import make_grid
+from collplan_study.question.grid import load_sources, make_grid
 from collplan_study.question.held_out import FAMILIES, FIRST_SEED, FURTHER_FAMILIES, LAST_SEED, STUDY_SEED
-from collplan_study.question.options import parse
-from collplan_study.question.question import question_from
-from collplan_study.question.sources import load_sources
-from collplan_study.report import figures
+from collplan_study.question.question import parse, question_from
+from collplan_study.question.specification import DEFAULTS, KNOWN_MAP, VARIANTS
 from collplan_study.report.write_report import write_report
-from collplan_study.tables.table_files import IMPACTS, TABLE, write_tables
-from fake_studies import fake_study, impact, reached
+from collplan_study.run.rows import write_tables
+from fake_studies import fake_study, impact, reached, without_figures
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.physics import Simulator
 
@@ -45,9 +38,7 @@ def sources():
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    """Fewer resamples; figures are made and not rendered, which takes the time."""
-    monkeypatch.setattr(statistics, "RESAMPLES", 199)
-    monkeypatch.setattr(figures, "save_figure", lambda figure, stem: "<svg/>")
+    without_figures(monkeypatch)
 
 
 def by_strategy(task):
@@ -71,23 +62,20 @@ def impacts(task):
 @pytest.fixture(scope="module")
 def found(tmp_path_factory, sources):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(statistics, "RESAMPLES", 199)
-        patch.setattr(figures, "save_figure", lambda figure, stem: "<svg/>")
+        without_figures(patch)
         folder = fake_study(tmp_path_factory.mktemp("bounces") / "study", by_strategy, ASKED, sources, SOME, impacts)
         write_report(folder)
     return json.loads((folder / "table.json").read_text()), folder
 
 
-def results_in(folder):
-    return bounce_results(ASKED.strategies, *(pl.read_parquet(folder / name) for name in (TABLE, IMPACTS)))
+def case(found, name, ablation=""):
+    each = found["changes"] if ablation else found["cases"]
+    return next(each for each in each if (each["case"]["name"], each["ablation"]) == (name, ablation))
 
 
-def group(found, name):
-    return next(each for each in found["groups"] if each["group"]["name"] == name)
-
-
-def gain(found, name, other):
-    return next(each for each in group(found, name)["gains"] if each["other"] == other)
+def gain(found, name, other, ablation=""):
+    """Its comparisons with another strategy, by measure."""
+    return {each["measure"]: each for each in case(found, name, ablation)["comparisons"] if each["other"] == other}
 
 
 def test_the_question_is_of_held_out_worlds_alone():
@@ -118,7 +106,6 @@ def test_each_change_is_one_thing():
     told = {"robot.mass", "robot.max_acceleration", "robot.velocity_lag"}
     assert [keys for keys in changed.values() if len(keys) > 1] == [both, both, told]
     assert changed[KNOWN_MAP] == {"trial.known_map"}
-    assert variants_of("mujoco") == {**VARIANTS, "soft ring, 40 ms": {"simulator.contact_time": 0.04}}
 
 
 def test_a_doubled_mass_is_the_same_truth_believed_or_not():
@@ -137,21 +124,26 @@ def test_a_doubled_mass_is_the_same_truth_believed_or_not():
 def test_savings_are_means_of_paired_ratios(found):
     table, _ = found
     first = gain(table, "2 families together", "avoid")
-    assert (first["worlds"], first["pairs"]) == (12, 24)
-    assert first["saved"]["value"] == pytest.approx((11 * 10.0 - 20.0) / 12)
-    assert first["saved"]["low"] < first["saved"]["value"] < first["saved"]["high"]
-    assert first["slower"]["value"] == pytest.approx(100.0 / 12)
-    assert first["longer"]["value"] == pytest.approx(5.0)
-    assert gain(table, "l", "stop_guarantee")["saved"]["value"] == pytest.approx(25.0)
-    assert gain(table, "l", "tolerate")["saved"]["value"] == pytest.approx(100.0 * (1 - 0.9 / 0.95))
-    assert gain(table, "random", "stop_guarantee")["slower"]["value"] == 0.0  # equal times in one world
-    assert gain(table, "pillars", "avoid")["saved"]["value"] == pytest.approx((5 * 10.0 + 50.0) / 6)
-    assert [each["group"]["headline"] for each in table["groups"]] == [True, False, False, True]
+    assert (first["saved"]["worlds"], first["saved"]["pairs"]) == (12, 24)
+    saved = first["saved"]["estimate"]
+    assert saved["low"] < saved["value"] < saved["high"]
+    for name, other, measure, expected in [
+        ("2 families together", "avoid", "saved", (11 * 10.0 - 20.0) / 12),
+        ("2 families together", "avoid", "slower", 100.0 / 12),
+        ("2 families together", "avoid", "longer", 5.0),
+        ("l", "stop_guarantee", "saved", 25.0),
+        ("l", "tolerate", "saved", 100.0 * (1 - 0.9 / 0.95)),
+        ("random", "stop_guarantee", "slower", 0.0),  # equal times in one world
+        ("pillars", "avoid", "saved", (5 * 10.0 + 50.0) / 6),
+    ]:
+        assert gain(table, name, other)[measure]["estimate"]["value"] == pytest.approx(expected), (name, measure)
+    assert [each["case"]["headline"] for each in table["cases"]] == [True, False, False, True]
+    assert table["comparisons"] == {"main": 12, "other_map_periods": 0, "changes": 8}
 
 
 def test_worlds_that_lose_are_named_and_first(found):
     table, folder = found
-    worlds = group(table, "2 families together")["worlds"]
+    worlds = case(table, "2 families together")["by_world"]
     assert (worlds[0]["world"], worlds[0]["pairs"]) == (LOST, 2)
     assert worlds[0]["saved"] == pytest.approx(-20.0)
     assert worlds[0]["ours_time"] == pytest.approx(1.2 * worlds[0]["other_time"])
@@ -160,42 +152,20 @@ def test_worlds_that_lose_are_named_and_first(found):
     assert page.index(f"<td>{LOST}<td>") < page.index("<td>pillars:0<td>")
 
 
-def test_what_knowing_the_map_saves_and_how_much_of_the_ceiling_is_reached(found):
-    (known,) = [each for each in found[0]["known_map"] if each["group"]["name"] == "l"]
-    assert known["saved_by_knowing"]["avoid"]["value"] == pytest.approx(20.0)
-    assert known["saved_by_knowing"]["bounce"]["value"] == pytest.approx(100.0 * (1 - 0.64 / 0.9))
-    assert (known["reached"]["value"], known["ceiling"]["value"]) == (pytest.approx(10.0), pytest.approx(20.0))
-
-
-def test_the_share_of_the_ceiling_needs_a_ceiling(tmp_path, sources):
-    def equal_when_known(task):
-        rng = np.random.default_rng(task.index)
-        return reached(rng.normal(3.0, 0.1)) if task.labels["ablation"] == KNOWN_MAP else by_strategy(task)
-
-    def knowing_pays(task):
-        rng = np.random.default_rng(task.index)
-        saving = 0.0 if task.labels["strategy"] == "avoid" else 0.5 if task.labels["ablation"] else 0.3
-        return reached(rng.normal(3.0 - saving, 0.01))
-
-    question = replace(ASKED, trials=1)
-    folders = [
-        fake_study(tmp_path / each.__name__, each, question, sources, SOME) for each in (equal_when_known, knowing_pays)
+def test_a_change_is_beside_the_main_comparison_and_says_what_it_saves(found):
+    table, _ = found
+    assert [each["ablation"] for each in table["changes"] if each["case"]["name"] == "l"] == [
+        KNOWN_MAP,
+        "a_max 3 m/s^2",
     ]
-    no_ceiling, some_of_it = (results_in(folder).known_map[0].share for folder in folders)
-    assert (no_ceiling.value, "no ceiling" in no_ceiling.note) == (None, True)
-    assert some_of_it.value == pytest.approx(60.0, abs=2.0)
-    assert some_of_it.low < some_of_it.value < some_of_it.high
-
-
-def test_changes_are_beside_the_main_comparison(found):
-    names = [each["ablation"] for each in found[0]["variants"] if each["group"]["name"] == "l"]
-    assert names == ["", "a_max 3 m/s^2"]
-    pairs = {each["ablation"]: each["gain"]["pairs"] for each in found[0]["variants"] if each["group"]["name"] == "l"}
-    assert pairs == {"": 12, "a_max 3 m/s^2": 6}
+    assert gain(table, "l", "avoid", "a_max 3 m/s^2")["saved"]["pairs"] == 6
+    assert gain(table, "l", "avoid", KNOWN_MAP)["saved"]["estimate"]["value"] == pytest.approx(20.0)
+    saved = {cell["strategy"]: cell["saved_by_change"]["value"] for cell in case(table, "l", KNOWN_MAP)["cells"]}
+    assert saved == {"bounce": pytest.approx(100.0 * (1 - 0.64 / 0.9)), "avoid": pytest.approx(20.0)}
 
 
 def test_rebounds_are_compared_with_what_was_foreseen(found):
-    rebounds = {each["strategy"]: each for each in group(found[0], "l")["rebounds"]}
+    rebounds = {each["strategy"]: each["rebounds"] for each in case(found[0], "l")["cells"]}
     ours = rebounds["bounce"]
     assert (ours["impacts"], ours["foreseen"], ours["deliberate"]) == (36, 24, 12)
     assert (ours["direction_error"], ours["deliberate_direction_error"]) == (pytest.approx(13.0), pytest.approx(6.0))
@@ -224,19 +194,6 @@ def test_a_smaller_one_is_asked_by_option_and_a_parameter_that_is_set_replaces_n
     assert parse(["--resume", "x", *given]).question(asked) == asked
     with pytest.raises(StudyError, match="values"):
         parse(["--resume", "x", "--set", "simulator.friction_spread=1"]).question(asked)
-
-
-def test_what_the_report_could_not_tell_is_refused():
-    for parts, expected in [
-        ({"strategies": ("bounce", "tolerate")}, "--ablation-strategies: got"),
-        ({"strategies": ("bounce",), "ablations": False}, "--strategies: got"),
-        ({"values": ("robot.max_acceleration=1,2",)}, "--set robot.max_acceleration=1,2"),
-        ({"map_periods": (0.05, 0.1)}, "--map-periods"),
-        ({"ablation_trials": 0}, "--ablation-trials"),
-        ({"ablation_strategies": ()}, "--ablation-strategies: got"),
-    ]:
-        with pytest.raises(StudyError, match=expected):
-            replace(ASKED, **parts)
 
 
 def test_the_engine_is_asked_by_option_and_is_in_every_row(sources):

@@ -16,16 +16,16 @@ from collplan_core.worlds import WorldError, load_world, save_world
 from collplan_core.worlds.families import FAMILIES
 from collplan_study.errors import StudyError
 from collplan_study.question import held_out
-from collplan_study.question.ablations import ABLATIONS, DEFAULTS
-from collplan_study.question.grid import make_grid, trial_seed
+from collplan_study.question.grid import NO_ABLATION, load_sources, make_grid, trial_seed
 from collplan_study.question.question import Question
-from collplan_study.question.sources import load_sources
+from collplan_study.question.specification import ABLATIONS
+from collplan_study.question.specification import PAPER as PAPERS_QUESTION
 
 
-def grid_of(ablations=None, **parts):
+def grid_of(changes=None, /, **parts):
     question = Question(**parts)
     sources = load_sources(question.worlds, question.start, question.goal)
-    return make_grid(question, sources, *([] if ablations is None else [ablations]))
+    return make_grid(question, sources, changes or NO_ABLATION)
 
 
 def test_the_default_is_the_papers_300_runs():
@@ -113,9 +113,9 @@ def test_ablations_come_with_the_unchanged_grid_and_outrank_the_axes():
         changes = dict(ABLATIONS[task.labels["ablation"]])
         assert task.labels["simulator.noise"] == changes.get("simulator.noise", 0.5)
         assert {key: task.settings.values()[key] for key in changes} == changes
-    question = Question(**{**DEFAULTS, "worlds": ("random:0-1",), "ablations": True})
+    question = Question(**{**PAPERS_QUESTION.with_ablations, "worlds": ("random:0-1",), "ablations": True})
     asked = make_grid(question, load_sources(question.worlds, None, None), ABLATIONS)
-    assert len(asked) == len(ABLATIONS) * 2 * 3 * DEFAULTS["trials"]
+    assert len(asked) == len(ABLATIONS) * 2 * 3 * question.trials
 
 
 def test_each_ablation_is_one_change_and_every_reading_that_has_a_printed_form_is_among_them():
@@ -152,6 +152,12 @@ WRONG = [
     ({"values": ("planner.strategy=harness",)}, StudyError, "--strategies"),
     ({"values": ("robot.radius=0.3",)}, WorldError, "0.3 m"),
     ({"start": (0.0, 0.0)}, WorldError, "start"),
+    ({"bounces": True, "strategies": ("bounce",)}, StudyError, "--strategies: got one"),
+    ({"bounces": True, "values": ("robot.max_acceleration=1,2",)}, StudyError, "--set robot.max_acceleration=1,2"),
+    ({"bounces": True, "map_periods": (0.05, 0.1)}, StudyError, "--map-periods"),
+    ({"ablations": True, "ablation_strategies": ("avoid",)}, StudyError, "--ablation-strategies: got avoid"),
+    ({"ablation_trials": 0}, StudyError, "--ablation-trials"),
+    ({"ablation_strategies": ()}, StudyError, "--ablation-strategies: got"),
 ]
 
 

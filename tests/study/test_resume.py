@@ -3,22 +3,22 @@
 import json
 import shutil
 import signal
+from contextlib import closing
 
+import polars as pl
 import psutil
-import pyarrow.parquet as pq
 import pytest
 from distributed import LocalCluster
 
 from collplan_core.worlds import WorldError
 from collplan_study.errors import StudyError
 from collplan_study.main import main
-from collplan_study.question.ablations import ABLATIONS
-from collplan_study.question.options import StudyOptions
-from collplan_study.report.study_data import read_study
-from collplan_study.run import preparation, provenance, worker
+from collplan_study.question.question import StudyOptions
+from collplan_study.question.specification import ABLATIONS
+from collplan_study.run import pools, provenance
 from collplan_study.run.provenance import SIMULATOR, trial_code
 from collplan_study.run.row_file import RowFile
-from collplan_study.run.study_folder import ROWS, read_provenance, read_sources
+from collplan_study.run.study_folder import ROWS, prepare, read_provenance, read_sources, read_study
 from study_runs import GRID, N_TRIALS, n_rows, paths, resume, run, same, start, table, wait_for_rows
 
 FEW = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "2", "--jobs", "1", "--no-report"]
@@ -38,7 +38,7 @@ def copy(whole, tmp_path):
 def test_two_jobs_give_the_same_table_in_the_order_of_the_grid(whole, tmp_path):
     other = run(tmp_path / "study", "--jobs", "2")
     assert same(whole, other)
-    assert table(whole).num_rows == N_TRIALS
+    assert table(whole).height == N_TRIALS
     order = [json.loads(line)["index"] for line in (other / ROWS).read_text().splitlines()]
     assert sorted(order) == list(range(N_TRIALS))
 
@@ -49,11 +49,11 @@ def trial_of(row):
 
 def test_every_impact_has_its_row_and_a_deliberate_one_is_foreseen_and_fast(whole):
     of_trial: dict[tuple, list[dict]] = {}
-    for impact in pq.read_table(whole / "impacts.parquet").to_pylist():
+    for impact in pl.read_parquet(whole / "impacts.parquet").to_dicts():
         of_trial.setdefault(trial_of(impact), []).append(impact)
         assert impact["deliberate"] == (impact["foreseen"] and impact["speed_into"] > 0.2)
     assert len(of_trial) > 3
-    for row in table(whole).to_pylist():
+    for row in table(whole).to_dicts():
         impacts = of_trial.get(trial_of(row), [])
         speeds = [impact["speed_into"] for impact in impacts]
         assert (len(speeds), max(speeds, default=0.0)) == (row["impacts"], row["max_impact_speed"])
@@ -67,12 +67,12 @@ def test_a_part_is_run_now_and_another_later(tmp_path, monkeypatch, capsys):
     asked = [*FEW, "--ablations", "--ablation-trials", "1", "--worlds", "random:3", "--out", str(folder)]
     assert main([*asked, "--run", "main"]) == 0
     assert f".venv/bin/study --resume '{folder}'\n" in capsys.readouterr().out
-    assert n_rows(folder) == table(folder).num_rows == 2
+    assert n_rows(folder) == table(folder).height == 2
     (folder / "trials.parquet").unlink()
     resume(folder, "--jobs", "1", "--run", "none")
-    assert table(folder).num_rows == 2
+    assert table(folder).height == 2
     resume(folder, "--jobs", "1", "--run", "ablations")
-    done = [(row["ablation"], row["trial"]) for row in table(folder).to_pylist()]
+    done = [(row["ablation"], row["trial"]) for row in table(folder).to_dicts()]
     assert done == [("", 0), ("", 1), *((name, 0) for name in ABLATIONS if name)]
 
 
@@ -112,16 +112,15 @@ def test_a_world_that_is_cut_off_anywhere_is_not_taken_for_another(whole, copy):
             read_sources(copy, provenance)
 
 
-@pytest.mark.parametrize("name", ["trials.parquet", "trajectories.parquet", "impacts.parquet"])
-@pytest.mark.parametrize("kept", [0, 1, 0.5, -1, -9])
-def test_a_table_that_is_cut_off_is_made_anew(whole, copy, name, kept):
-    held = (copy / name).read_bytes()
-    (copy / name).write_bytes(held[: int(kept * len(held)) if isinstance(kept, float) else kept])
-    if name != "trajectories.parquet":  # read only by the report, which is made after it
-        with pytest.raises(StudyError, match=rf"{name}: missing or cut off"):
-            read_study(copy)
+def test_a_table_that_is_cut_off_is_refused_and_made_anew(whole, copy):
+    for name in ("trials.parquet", "impacts.parquet"):
+        held = (copy / name).read_bytes()
+        for kept in (0, 1, len(held) // 2, -1, -9):
+            (copy / name).write_bytes(held[:kept])
+            with pytest.raises(StudyError, match="missing or cut off"):
+                read_study(copy)
     assert same(whole, resume(copy, "--jobs", "1"))
-    assert (copy / name).read_bytes() == (whole / name).read_bytes()
+    assert (copy / name).read_bytes() == held
 
 
 def test_the_same_command_goes_on_and_another_one_is_refused(whole, copy, capsys):
@@ -170,34 +169,26 @@ def test_a_provenance_that_is_none_or_was_tampered_with_is_refused(copy, capsys)
     provenance = json.loads((copy / "provenance.json").read_text())
     parts = [("question", {"worlds": 3}), ("question", {"colour": 1}), ("sources", [{}]), ("ablations", 3)]
     whole = json.dumps(provenance)
-    broken = [
-        "",
-        "{",
-        whole[: len(whole) // 2],
-        whole[:-3],
-        "[]",
-        '{"question": 1, "sources": 1, "ablations": 1, "code": {}}',
-    ]
+    broken = ["", "{", whole[: len(whole) // 2], whole[:-3], "[]", '{"question": 1, "sources": 1, "code": {}}']
     for text in [*broken, *(json.dumps({**provenance, part: value}) for part, value in parts)]:
         (copy / "provenance.json").write_text(text)
         assert str(copy) in refused(capsys, copy)
 
 
 def test_neither_other_code_nor_another_process_adds_rows_to_a_table(copy, capsys, monkeypatch):
-    study = preparation.prepare(StudyOptions(resume=copy))
-    with RowFile(copy / ROWS, study.grid, study.code):
+    study = prepare(StudyOptions(resume=copy))
+    with closing(RowFile(copy / ROWS, study.grid, study.provenance["code"]["trial"])):
         assert "another process" in refused(capsys, copy)
-    monkeypatch.setattr("collplan_study.run.provenance.trial_code", lambda: "0123456789abcdef")
+    monkeypatch.setattr("collplan_study.run.study_folder.trial_code", lambda: "0123456789abcdef")
     assert "other code" in refused(capsys, copy)
 
 
-@pytest.mark.parametrize("code", ['"code":"0123456789abcdef",', '"code":null,', ""])
-def test_a_row_of_other_code_is_refused_whenever_it_comes(copy, tmp_path, capsys, monkeypatch, code):
-    lines = (copy / ROWS).read_text().splitlines(keepends=True)
-    lines[3] = lines[3].replace(f'"code":"{trial_code()}",', code)
-    (copy / ROWS).write_text("".join(lines))
-    assert f"{ROWS}:4: " in refused(capsys, copy)
-    monkeypatch.setattr(worker, "CODE", "0123456789abcdef")
+def test_a_row_of_other_code_is_refused_whenever_it_comes(copy, tmp_path, capsys, monkeypatch):
+    rows = (copy / ROWS).read_text()
+    for code in ('"code":"0123456789abcdef",', '"code":null,', ""):
+        (copy / ROWS).write_text(rows.replace(f'"code":"{trial_code()}",', code))
+        assert f"{ROWS}:1: run by other code" in refused(capsys, copy)
+    monkeypatch.setattr(pools, "CODE", "0123456789abcdef")
     assert main([*FEW, "--out", str(tmp_path / "late")]) == 1
     assert "other code or libraries (0123456789abcdef) has joined" in capsys.readouterr().err
     assert n_rows(tmp_path / "late") == 0
@@ -218,21 +209,21 @@ def test_the_hash_of_the_code_is_that_of_its_files_and_their_places(tmp_path, mo
 
 
 def test_a_trial_that_raises_becomes_a_row_with_its_error_and_seed(tmp_path, monkeypatch, capsys):
-    run_trial = worker.run_trial
+    run_trial = pools.run_trial
 
     def failing(world, settings, seed):
         if settings.simulator.noise == 0.5:
             raise RuntimeError("the robot\nfell over")
         return run_trial(world, settings, seed)
 
-    monkeypatch.setattr(worker, "run_trial", failing)
+    monkeypatch.setattr(pools, "run_trial", failing)
     folder = tmp_path / "study"
     assert main([*FEW, "--set", "simulator.noise=0.5,1", "--out", str(folder)]) == 1
-    rows = [row for row in table(folder).to_pylist() if row["simulator.noise"] == 0.5]
+    rows = [row for row in table(folder).to_dicts() if row["simulator.noise"] == 0.5]
     assert {(row["outcome"], row["error"]) for row in rows} == {("error", "RuntimeError: the robot fell over")}
     assert all(row["seed"] > 0 for row in rows)
     assert all(row["arrival_time_s"] is None for row in rows)
-    assert [p["x"] for p in paths(folder).to_pylist() if p["simulator.noise"] == 0.5] == [[]] * len(rows)
+    assert [p["x"] for p in paths(folder).to_dicts() if p["simulator.noise"] == 0.5] == [[]] * len(rows)
     printed = capsys.readouterr()
     assert f"{len(rows)} error" in printed.out
     assert f"{len(rows)} trials were not run to their end: RuntimeError: the robot fell over" in printed.err
@@ -266,6 +257,6 @@ def test_two_workers_give_the_same_table(cluster, tmp_path):
 
 def test_workers_with_other_code_are_refused(cluster, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("collplan_study.run.provenance.SIMULATOR", tmp_path)
-    assert main(["--dask", cluster.scheduler_address, "--out", str(tmp_path / "study")]) == 2
+    assert main(["--dask", cluster.scheduler_address, "--out", str(tmp_path / "study")]) == 1
     assert "other code" in capsys.readouterr().err
-    assert not (tmp_path / "study").exists()
+    assert n_rows(tmp_path / "study") == 0

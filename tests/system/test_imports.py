@@ -33,7 +33,7 @@ ROSDEP_KEYS = {
 }
 PIP_NAMES = {"mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}
 PIP_NAMES |= {"PIL": "pillow", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"distributed", "gymnasium", "mujoco", "polars", "pyarrow", "pymunk", "rosbags"}
+WITHOUT_ROSDEP_KEY = {"distributed", "gymnasium", "mujoco", "polars", "pymunk", "rosbags"}
 
 
 def module_name(path: Path) -> str:

@@ -1,7 +1,6 @@
 """Intervals of means, standard deviations, shares and improvements, all at LEVEL.
 
-A sample is one array of runs for each world. Runs in one world are not independent: in a sample of several worlds the
-worlds are resampled, each with all its runs; in a sample of one world the runs are.
+Runs in one world are not independent: in a sample of several worlds the worlds are resampled, else its runs.
 """
 
 import warnings
@@ -28,18 +27,15 @@ MEASURES = (MEAN, SPREAD)
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and its interval.
-
-    Attributes:
-        value: None where it is not defined.
-        low, high: ends of the interval; None where there is none.
-        note: reason why value or interval are missing, else empty.
-    """
+    """A number and its interval."""
 
     value: float | None
+    """None where it is not defined."""
     low: float | None = None
     high: float | None = None
+    """Ends of the interval; None where there is none."""
     note: str = ""
+    """Reason why value or interval are missing, else empty."""
 
     @property
     def resolved(self) -> bool:
@@ -48,12 +44,7 @@ class Estimate:
 
     def negated(self) -> "Estimate":
         """The estimate of the negated number."""
-        value, low, high = (None if number is None else 0.0 - number for number in (self.value, self.high, self.low))
-        return Estimate(value, low, high, self.note)
-
-    def plus(self, number: float) -> "Estimate":
-        """The estimate of the sum with a constant."""
-        value, low, high = (None if end is None else end + number for end in (self.value, self.low, self.high))
+        value, low, high = (None if n is None else 0.0 - n for n in (self.value, self.high, self.low))
         return Estimate(value, low, high, self.note)
 
 
@@ -68,12 +59,7 @@ def level_of(measure: str, sample: Sample) -> Estimate:
 
 
 def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
-    """Improvement 100 (1 - ours / other) [%] of a statistic. Paper: Table I.
-
-    Args:
-        measure: MEAN or SPREAD, as `level_of`.
-        ours, other: paired runs in the same order; they are resampled in pairs.
-    """
+    """Improvement 100 (1 - ours / other) [%] of a statistic, of pairs of runs in the same order. Paper: Table I."""
     (units, formula), (other_units, _) = _units(measure, ours), _units(measure, other)
     if len(units) and np.array_equal(units, other_units):
         return Estimate(0.0, note="equal in each")
@@ -85,11 +71,6 @@ def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
     return _estimate((units, other_units), percent)
 
 
-def share_of(part: Sample, whole: Sample) -> Estimate:
-    """Mean of `part` over mean of `whole` [%]; paired runs in the same order."""
-    return improvement(MEAN, part, whole).negated().plus(100.0)
-
-
 def share(successes: int, runs: int) -> Estimate:
     """Share of successes among runs [%] with Wilson's interval."""
     from scipy.stats import binomtest
@@ -98,11 +79,6 @@ def share(successes: int, runs: int) -> Estimate:
         return Estimate(None, note="no run")
     interval = binomtest(successes, runs).proportion_ci(LEVEL, method="wilson")
     return Estimate(100.0 * successes / runs, 100.0 * float(interval.low), 100.0 * float(interval.high))
-
-
-def spread_over(sample: Sample) -> str:
-    """Name of the units that the standard deviation of a sample is taken over: runs in a world, or worlds."""
-    return "worlds" if len(sample) > 1 and max(map(len, sample)) == 1 else "runs in a world"
 
 
 def _units(measure: str, sample: Sample) -> tuple[np.ndarray, Statistic]:

@@ -1,23 +1,16 @@
 """Style that all figures of a report share, and saving them in the study's folder."""
 
 import re
-from collections.abc import Sequence
-from io import BytesIO
+from base64 import b64encode
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from collplan_study.report.content import Picture
-
-FIGURES = "figures"
-"""Folder of the figures in that of the study."""
-COLOURS = {"harness": "#0072b2", "high_risk": "#d55e00", "low_risk": "#009e73"}
-"""Colours of Okabe and Ito, which the colour-blind can distinguish."""
 OTHER_COLOURS = ("#882255", "#8f5a00", "#332288", "#555555")
-"""Dark enough for thin lines on white."""
+COLOURS = ("#0072b2", "#d55e00", "#009e73", *OTHER_COLOURS)
+"""Those of Okabe and Ito, which the colour-blind can distinguish, and others dark enough for thin lines on white."""
 MARKS = "os^Dv*P"
 SOLID = "#5b6472"
 STYLE: dict[Any, Any] = {
@@ -34,9 +27,7 @@ STYLE: dict[Any, Any] = {
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of a size in inches."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def add_caption(figure: Figure, text: str) -> None:
@@ -44,26 +35,20 @@ def add_caption(figure: Figure, text: str) -> None:
     figure.supxlabel(f"simulated; {text}", fontsize=8, color=SOLID)
 
 
-def look_of(strategy: str, strategies: Sequence[str]) -> tuple[str, str]:
-    """Colour and marker of a strategy among those that are drawn."""
-    others = [name for name in strategies if name not in COLOURS]
-    colours = COLOURS | dict(zip(others, OTHER_COLOURS * len(others), strict=False))
-    return colours[strategy], MARKS[strategies.index(strategy) % len(MARKS)]
+class Picture(NamedTuple):
+    """A figure as SVG in base64, its description, and its path in the study's folder, without .png or .svg."""
 
-
-def saved_picture(folder: Path, name: str, figure: Figure, words: str, caption: str = "{0}.png, {0}.svg") -> Picture:
-    """Saves a figure as figures/NAME.png and .svg in a study's folder; {0} in a caption is their path, {1} `words`."""
-    # only characters that every file system takes
-    file = FIGURES + "/" + re.sub(r"[^\w.-]+", "-", name).strip("-")
-    (folder / FIGURES).mkdir(exist_ok=True)
-    return Picture(save_figure(figure, folder / file), words, caption.format(file, words))
+    svg: str
+    words: str
+    file: str
 
 
 @rc_context(STYLE)
-def save_figure(figure: Figure, stem: Path) -> str:
-    """Writes stem.png and stem.svg; returns the text of the SVG."""
-    figure.savefig(stem.with_name(stem.name + ".png"), dpi=150)
-    buffer = BytesIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
-    stem.with_name(stem.name + ".svg").write_bytes(buffer.getvalue())
-    return buffer.getvalue().decode()
+def saved_picture(folder: Path, name: str, figure: Figure, words: str) -> Picture:
+    """Saves a figure as figures/NAME.png and .svg in a study's folder."""
+    # only characters that every file system takes
+    file = "figures/" + re.sub(r"[^\w.-]+", "-", name).strip("-")
+    (folder / "figures").mkdir(exist_ok=True)
+    figure.savefig(folder / f"{file}.png", dpi=150)
+    figure.savefig(folder / f"{file}.svg", metadata={"Date": None})
+    return Picture(b64encode((folder / f"{file}.svg").read_bytes()).decode(), words, file)

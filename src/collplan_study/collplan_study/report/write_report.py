@@ -1,70 +1,57 @@
 """Writes the report of a study: report.html, a page without external files, and table.json."""
 
 import json
-import os
-from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
-from pkgutil import resolve_name
-from typing import Any
 
 import polars as pl
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import all_specs
-from collplan_core.parameters.spec import Spec
-from collplan_study.analysis.pairs import distinct
-from collplan_study.question.specification import specification_of
-from collplan_study.report.content import environment
-from collplan_study.report.study_data import read_study
-from collplan_study.run.study_folder import REPORT
-from collplan_study.tables.rows import axes_of
-
-SHOWN = 100
-"""Failed runs listed at most."""
-PHYSICAL = ("robot", "rebound", "mocap", "simulator")
-"""Groups of parameters that hold physical constants which a simulated run depends on."""
-
-
-def closing_values(runs: pl.DataFrame, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the values of the last sections of a study's page, from the rows of its runs and its provenance."""
-    labels = ("world", "ablation", "strategy", "map_period_s", *axes_of(runs.columns), "trial", "seed")
-    names = (*labels, "outcome", "path_length_m", "impacts", "share_stopped", "error")
-    specs = [spec for spec in all_specs().values() if spec.key in provenance["parameters"]]
-    return {
-        "runs": runs.height,
-        "failed": runs.filter(pl.col("outcome") != REACHED).select(names),
-        "shown": SHOWN,
-        "specs": specs,
-        "assumed": list(filter(_is_assumed, specs)),
-        "provenance": provenance,
-    }
-
-
-def _is_assumed(spec: Spec) -> bool:
-    group, _, name = spec.key.partition(".")
-    simulated = group == "simulator" and name not in ("world", "seed", "speed_factor")
-    return simulated or (group in PHYSICAL and "(assumed" in spec.doc)
-
+from collplan_study.analysis import results
+from collplan_study.analysis.statistics import MEAN, SPREAD
+from collplan_study.question.specification import BOUNCES, LENGTH, LONGER, PANELS, PAPER, SAVED, SLOWER, TIME
+from collplan_study.report.content import number, with_interval
+from collplan_study.report.pictures import paths_picture
+from collplan_study.run.rows import axes_of
+from collplan_study.run.study_folder import REPORT, read_study, replace_file
 
 RESULTS = "table.json"
+NAMES = {
+    (TIME, MEAN): "arrival time mean",
+    (TIME, SPREAD): "arrival time STD",
+    (LENGTH, MEAN): "path length mean",
+    (LENGTH, SPREAD): "path length STD",
+    (TIME, SAVED): "arrival time saved",
+    (TIME, SLOWER): "pairs that arrive later",
+    (LENGTH, LONGER): "path longer",
+}
+"""Names of what is compared, by column and measure."""
 
 
 def write_report(folder: Path) -> None:
-    """Writes the report of a study whose tables are in the folder.
-
-    Raises:
-        StudyError: the folder does not hold a study.
-    """
+    """Writes the report of a study whose tables are in the folder."""
     data = read_study(folder)
-    specification = specification_of(bool(data.provenance["question"].get("bounces")))
-    report = resolve_name(specification.report)(data)
-    _replace(folder / RESULTS, json.dumps(report.record, indent=2, allow_nan=False) + "\n")
-    families = ", ".join(distinct(data.runs, "family"))
-    values = {"families": families, **closing_values(data.runs, data.provenance), **report.values}
-    _replace(folder / REPORT, environment().get_template(report.template).render(values))
-
-
-def _replace(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+    specification = BOUNCES if data.provenance["question"].get("bounces") else PAPER
+    found = results.study_results(specification, data.runs, data.impacts)
+    replace_file(folder / RESULTS, json.dumps({**results.ABOUT, **asdict(found)}, indent=2, allow_nan=False) + "\n")
+    labels = ("world", "ablation", "strategy", "map_period_s", *axes_of(data.runs.columns), "trial", "seed")
+    columns = (*labels, "outcome", "path_length_m", "impacts", "share_stopped", "error")
+    values = {
+        "specification": specification,
+        "results": found,
+        "pictures": [paths_picture(data, each) for each in found.cases if each.case.headline],
+        "names": NAMES,
+        "levels": [f"{NAMES[panel]} [{'s' if panel[0] == TIME else 'm'}]" for panel in PANELS],
+        "meanings": results.MEANINGS,
+        "verdicts": (results.HOLDS, results.SAME, results.OPPOSITE, results.REVERSED),
+        "runs": data.runs.height,
+        "failed": data.runs.filter(pl.col("outcome") != REACHED).select(columns),
+        "specs": [spec for spec in all_specs().values() if spec.key in data.provenance["parameters"]],
+        "provenance": data.provenance,
+    }
+    loader = PackageLoader("collplan_study", "templates")
+    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    page.filters |= {"interval": with_interval, "number": number}
+    replace_file(folder / REPORT, page.get_template(REPORT).render(values))

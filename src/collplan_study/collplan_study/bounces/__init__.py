@@ -1,1 +1,0 @@
-"""The question of bounces: do deliberate ones pay?"""

@@ -1,1 +1,0 @@
-"""The paper's question: does harnessing collisions pay?"""

@@ -1,1 +1,0 @@
-"""Records of trials, and the tables made of them."""
