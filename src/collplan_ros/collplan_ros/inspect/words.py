@@ -36,7 +36,7 @@ REMEDIES = {
 def lines_of(as_set: Mapping[str, Any], as_found: Mapping[str, Any], findings: Findings) -> Iterator[Line]:
     """Yields a verdict and a sentence on each thing; a verdict WRONG is one that the values found do not mend."""
     for before, after in zip(_stage_lines(as_set), _stage_lines(as_found), strict=True):
-        if before[0] != OK and after[0] == OK:
+        if OK != before[0] != after[0] != WRONG:
             yield MENDED, f"{before[1]}; with found.yaml: {after[1]}"
         else:
             yield after
