@@ -1,6 +1,7 @@
 """What a scan must be, and what of it is used: masks, speckles, and which way round its angles count."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,6 +117,16 @@ def test_a_scan_of_which_all_is_masked_is_refused_and_not_a_crash():
     assert refusals["scan"] == 1
     assert "36 are" in refusals.newest
     assert sensors.sensed.newest_placed() is None
+
+
+def test_a_scan_is_not_early_where_the_newest_pose_is_late_unless_the_poses_stay_late():
+    for lasts, early in ((1, 0), (30, 1)):
+        sensors, refusals = InputGate(SensedScans(0.5), counted := Refusals()), counted
+        for k in range(20 + lasts):
+            late = 0.25 if k >= 20 else 0.0
+            sensors.take_pose(replace(at_rest(), stamp=0.05 * k + 1.0), 0.05 * k + 1.0 + late, Settings())
+        sensors.take_scan(scan(np.ones(360), stamp=0.05 * k + 1.0 + late), 0.05 * k + 1.0 + late, Settings())
+        assert refusals["scan"] == early, refusals.newest
 
 
 @given(ranges.filter(lambda values: not np.isnan(values).all()))

@@ -33,8 +33,9 @@ def test_a_base_that_turns_arrives_without_a_touch(degrees):
     assert hardest <= 0.1
 
 
-def test_one_that_does_not_turn_drives_slowly_where_it_has_not_looked():
-    result, hardest = trial(180, "stop_guarantee", **{"trial.timeout": 5.0})
+@pytest.mark.parametrize("strategy", ["stop_guarantee", "avoid"])
+def test_one_that_does_not_turn_drives_slowly_where_it_has_not_looked(strategy):
+    result, hardest = trial(180, strategy, **{"trial.timeout": 5.0})
     times, places = result.trajectory[:, 0], result.trajectory[:, 1]
     farthest_back = (places <= np.minimum.accumulate(places)) & (places < ROOM.start[0] - 0.03)
     assert -np.gradient(places, times)[farthest_back].min(initial=0.0) < 0.2

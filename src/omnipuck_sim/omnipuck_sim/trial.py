@@ -15,7 +15,8 @@ from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor, driv
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.closed_loop import ClosedLoop
 from collplan_core.loop.decisions import Cycle, Decision
-from collplan_core.loop.mover_guard import OUT_OF_VIEW
+from collplan_core.loop.mover_guard import sight_hint
+from collplan_core.movers.coverage import blind_angle
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory, map_period_of
 from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal
@@ -89,8 +90,9 @@ class TrialNodes:
         self._journals, self._filter_memory = journals, pose_filter.FRESH
         both = journals.planner, journals.controller
         self.loop = ClosedLoop(settings, self._hear, _deadline, first_memory(settings, world), both)
-        self._monitor, self._hindered = RunMonitor(settings.trial, self.simulator.time), ""
+        self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
+        self._scan: Scan | None = None
         self.measured: deque[PoseSample] = deque()
         self._last: PoseSample | None = None
         self._movers = MoverHistory()
@@ -159,8 +161,6 @@ class TrialNodes:
         self.simulator.command(command.velocity, command.yaw_rate)
         self.record.commanded(command, self.simulator.time)
         self._monitor.commanded(command.maneuver)
-        if OUT_OF_VIEW in command.reason:
-            self._hindered = command.reason
         self._journals.controller.end_cycle()
 
     def outcome(self) -> str | None:
@@ -172,8 +172,9 @@ class TrialNodes:
 
     @property
     def reason(self) -> str:
-        """Reason why the goal was given up, or why the run is over; and what was last not entered for want of view."""
-        said = filter(None, (self._monitor.reason, self.loop.planner.trouble, self._hindered))
+        """Reason why the goal was given up, or why the run is over; and what the newest scan leaves out of view."""
+        sight = "" if self._scan is None else sight_hint(blind_angle(self._scan), self.settings)
+        said = filter(None, (self._monitor.reason, self.loop.planner.trouble, sight))
         return "; ".join(said) + drive_noise_hint(self.settings)
 
     @property
@@ -182,7 +183,8 @@ class TrialNodes:
         return self.simulator.time if self._state is None else self._state.stamp
 
     def _take_scan(self, scan: Scan) -> None:
-        self.loop.take_scan(in_time(scan, self.settings.scan), self.simulator.time)
+        self._scan = in_time(scan, self.settings.scan)
+        self.loop.take_scan(self._scan, self.simulator.time)
 
     def _hear(self, decision: Decision, local: float) -> None:
         if isinstance(decision, Cycle):

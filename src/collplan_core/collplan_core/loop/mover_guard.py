@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from collplan_core.command import HAND, WAITING, Command
+from collplan_core.control.follow import NARROWER
 from collplan_core.loop.sensed_scans import PlacedScan
 from collplan_core.movers.coverage import CELL
 from collplan_core.movers.guard import ALLOWED, GROWTH, IN_HAND, MORE, REACH, body_of, largest_share
@@ -58,16 +59,17 @@ def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan 
     if share == 1.0:
         return command
     away = _nearest(reached[row : row + 1], state, settings.robot.radius)
-    what, why = ("a mover", "") if row < len(movers) else (OUT_OF_VIEW, _why_unseen(placed, settings))
-    return replace(sent, reason=f"keeps off {what} {away:.1f} m away{why}")
+    if placed is None or row < len(movers):
+        return replace(sent, reason=f"keeps off a mover {away:.1f} m away")
+    hint = sight_hint(placed.local_map.unseen.blind, settings)
+    return replace(sent, reason=": ".join(filter(None, (f"keeps off {OUT_OF_VIEW} {away:.1f} m away", hint))))
 
 
-def _why_unseen(placed: PlacedScan | None, settings: Settings) -> str:
-    """Part of a reason where the LIDAR does not see all around, and nothing turns it; else empty."""
-    blind = 0.0 if placed is None else placed.local_map.unseen.blind
-    if blind == 0.0 or settings.controller.turns_to_look:
+def sight_hint(blind: float, settings: Settings) -> str:
+    """Says how much a LIDAR that leaves out `blind` [rad] sees; "" where that is nearly all, or it is turned."""
+    if blind <= NARROWER or settings.controller.turns_to_look:
         return ""
-    return f": the LIDAR sees {360.0 - math.degrees(blind):.0f} of 360 degrees, controller.turns_to_look is false"
+    return f"the LIDAR sees {360.0 - math.degrees(blind):.0f} of 360 degrees, controller.turns_to_look is false"
 
 
 def _reached(movers: Movers, placed: PlacedScan | None, now: float, settings: Settings, freely: float) -> np.ndarray:

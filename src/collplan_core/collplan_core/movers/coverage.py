@@ -101,8 +101,10 @@ def gaps_between(measured: np.ndarray, step: float) -> tuple[np.ndarray, np.ndar
 
 def blind_angle(scan: Scan) -> float:
     """Angle that a scan leaves out, or in which it measured nothing, all gaps wide enough together [rad]."""
-    step = abs(scan.angle_increment)
-    _, wide = gaps_between(~np.isnan(scan.ranges), step)
+    step, measured = abs(scan.angle_increment), ~np.isnan(scan.ranges)
+    if not measured.any():
+        return math.tau
+    _, wide = gaps_between(measured, step)
     return float(step * (wide[:, 1] - wide[:, 0]).sum())
 
 

@@ -24,6 +24,7 @@ from collplan_core.evaluation.run_end import (
     drive_noise_hint,
     pace_words,
 )
+from collplan_core.loop.mover_guard import sight_hint
 from collplan_ros.bringup import complaints
 from collplan_ros.bringup.complaints import seen_more_than
 from collplan_ros.bringup.failures import DrivesOn, GraphError, Interrupted, StartError
@@ -283,14 +284,17 @@ class Bringup:
     def reason(self, outcome: str) -> str:
         """Returns why the goal was not reached, for the outcome of `drive`; the planner's report may come after it."""
         if outcome == ABORTED:
-            return self.graph.recorder.status(PLANNER).message + self.graph.complaints.frozen + self._noise_hint
+            return self.graph.recorder.status(PLANNER).message + self.graph.complaints.frozen + self._hints
         if outcome == EMERGENCY_STOP:
             return self.graph.recorder.emergency_stop
-        return self._why + self._noise_hint if outcome in MONITORED else ""
+        return self._why + self._hints if outcome in MONITORED else ""
 
     @property
-    def _noise_hint(self) -> str:
-        return drive_noise_hint(self.preparation.settings) if self.preparation.robot.simulated else ""
+    def _hints(self) -> str:
+        settings = self.preparation.settings
+        sight = sight_hint(self.graph.recorder.blind, settings)
+        noise = drive_noise_hint(settings) if self.preparation.robot.simulated else ""
+        return (f"; {sight}" if sight else "") + noise
 
     def _why_not_there(self, monitored: str) -> str:
         """Returns why the robot is not at the goal: a hold first, then a standing controller, then the planner."""

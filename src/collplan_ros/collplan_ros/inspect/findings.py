@@ -13,7 +13,7 @@ from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.calibration.stroke_fit import AxesFit, Stroke, fit_axes
 from collplan_core.mounting.driven import Driven
 from collplan_core.mounting.fit import MountFit, fit_mount
-from collplan_core.parameters import Robot, Settings, all_specs
+from collplan_core.parameters import Settings, all_specs
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
 from collplan_core.sensing.pose_filter import PoseError, PoseSample
@@ -77,14 +77,14 @@ def find(recording: Recording, settings: Settings, said: Callable[[float], None]
         # found from what is measured of the body itself
         bare = {"mocap.rate": findings.values.get("mocap.rate", settings.mocap.rate)} | dict.fromkeys(BODY, 0.0)
         body = _way(_poses(recording, settings.with_values(bare | {"mocap.body_offset_yaw": 0.0})))
-        commands = _commands(recording, poses, settings.robot)
+        commands = _commands(recording, poses, settings.robot.max_speed)
         if recording.format != "odometry":
             _find_body(findings, body, commands, settings)
         settings = settings.with_values({key: findings.values[key] for key in findings.values if key[:6] == "mocap."})
         way = _way(_poses(recording, settings))
         find_motion(findings, way, recording, settings.robot)
         driven = settings.with_values({key: findings.values[key] for key in findings.values if key[:6] == "robot."})
-        _find_axes(findings, strokes_of(way, _commands(recording, poses, driven.robot)))
+        _find_axes(findings, strokes_of(way, _commands(recording, poses, math.inf)), driven.robot.max_speed)
         if recording.scans:
             _find_mount(findings, recording, way, settings, said)
             if "scan.stamp_offset" not in findings.found and (ahead := _ahead(recording, poses)) > AHEAD:
@@ -157,13 +157,13 @@ def _remark_stream(findings: Findings, stamps: np.ndarray, poses: list[PoseSampl
     findings.remarks.append((OK if good else DOUBTFUL, text))
 
 
-def _commands(recording: Recording, poses: list[PoseSample], robot: Robot) -> np.ndarray:
-    """(m, 4) commands as the robot can follow them, as of `body.asked_at`."""
+def _commands(recording: Recording, poses: list[PoseSample], largest: float) -> np.ndarray:
+    """(m, 4) commands as of `body.asked_at`, as a robot can follow them whose `largest` speed [m/s] is so."""
     late, rows = _lateness(recording, poses), []
     for received, message in recording.commands:
         with suppress(MessageError):
             velocity, yaw_rate = velocity_from_twist(twist_of(message))
-            share = min(1.0, robot.max_speed / max(float(np.hypot(*velocity)), 1e-9))
+            share = min(1.0, largest / max(float(np.hypot(*velocity)), 1e-9))
             rows.append((received - late, *(share * velocity).tolist(), yaw_rate))
     return np.array(rows).reshape(-1, 4)
 
@@ -194,22 +194,25 @@ def _fit(strokes: list[Stroke], lever: np.ndarray) -> AxesFit | None:
     return fit_axes(strokes, lever) if len(strokes) > 3 else None
 
 
-def _find_axes(findings: Findings, strokes: list[Stroke]) -> None:
-    """Adds how the robot's way follows the commands."""
+def _find_axes(findings: Findings, strokes: list[Stroke], largest: float) -> None:
+    """Adds how the robot's way follows the commands; those above its `largest` speed [m/s] show no scale."""
     rests = [Stroke(np.zeros(2), 1.0, each.before, each.before) for each in strokes[:1]]
     # a base that is told to stand stands: so a drive one way alone shows something too
     fit = _fit([*strokes, *rests], np.zeros(2))
+    within = _fit([*rests, *(each for each in strokes if np.hypot(*each.velocity) <= largest)], np.zeros(2))
     if fit is None or not math.isfinite(fit.uncertainty):
         return
     asked = np.array([complex(*stroke.velocity.tolist()) for stroke in strokes])
     # along one direction alone, as of a base that cannot go sideways, both explain the same
     sideways = abs((asked**2).sum()) < 0.95 * (np.abs(asked) ** 2).sum()
     turned, mirrored = round(fit.turn, 3), fit.mirrored if sideways else None
-    findings.axes.update(turned=turned, mirrored=mirrored, scale=round(fit.scale, 3))
-    text = f"moves {fit.scale:.2f} times as far as commanded, turned by {turned:.2f} rad"
+    scale = None if within is None else round(within.scale, 3)
+    findings.axes.update(turned=turned, mirrored=mirrored, scale=scale)
+    far = "as its largest speed allows" if scale is None else f"{scale:.2f} times as far as commanded"
+    text = f"moves {far}, turned by {turned:.2f} rad"
     if mirrored:
         findings.remarks.append((WRONG, f"{text}, left is right: mocap.axes, or the order of the wheels"))
-    elif abs(fit.scale - 1.0) > 0.1 or abs(turned) > 0.1:
+    elif abs((scale or 1.0) - 1.0) > 0.1 or abs(turned) > 0.1:
         findings.remarks.append((DOUBTFUL, f"{text}: mocap.units, the radius of the wheels, robot.max_speed"))
     else:
         findings.remarks.append((OK, text))

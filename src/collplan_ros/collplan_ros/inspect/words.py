@@ -7,7 +7,7 @@ from collplan_ros.inspect.found import DOUBTFUL, OK, WRONG, Findings
 
 MENDED = "mended"
 MOST_REFUSED = 0.01
-"""Share of poses or scans refused beyond which something is wrong."""
+"""Share of poses or scans refused beyond which something is wrong; doubtful is five times as much standing."""
 LEAST_RATE = 15.0
 """Rate of poses below which the robot cannot be driven [Hz]."""
 MOST_MISFIT = 20
@@ -16,7 +16,7 @@ Line = tuple[str, str]
 ELSE = "see docs/troubleshooting.md"
 SCAN_REMEDIES = {
     "same to the last bit": "the driver repeats scans: publish one for each turn of the LIDAR",
-    "missing": "the odometry, its stamps or the LIDAR's place are wrong: record a drive with turns and straight ways",
+    "miss": "the odometry, its stamps or the LIDAR's place are wrong: record a drive with turns and straight ways",
     "was seen": "the stamps are late, or beams are reversed: record a turn",
     "its stamp": "the clocks of LIDAR and poses differ, or messages are delayed: synchronise them",
     "lost": "too many beams measure nothing: scan.infinite, scan.zero?",
@@ -36,7 +36,7 @@ REMEDIES = {
 def lines_of(as_set: Mapping[str, Any], as_found: Mapping[str, Any], findings: Findings) -> Iterator[Line]:
     """Yields a verdict and a sentence on each thing; a verdict WRONG is one that the values found do not mend."""
     for before, after in zip(_stage_lines(as_set), _stage_lines(as_found), strict=True):
-        if before[0] != OK and after[0] == OK:
+        if OK != before[0] != after[0] != WRONG:
             yield MENDED, f"{before[1]}; with found.yaml: {after[1]}"
         else:
             yield after
@@ -79,6 +79,8 @@ def _scans(scans: Mapping[str, Any]) -> Line:
     if scans["refused"] > MOST_REFUSED * scans["n"] or scans["held"]:
         worst = max(scans["reasons"], key=scans["reasons"].get, default="")
         return WRONG, f"{text}: {next((what for part, what in SCAN_REMEDIES.items() if part in worst), ELSE)}"
+    if scans["stopped_s"] * scans["rate_hz"] > 5.0 * MOST_REFUSED * scans["n"]:
+        return DOUBTFUL, f"{text}: poses or scans come too late, inspect.html shows when"
     return OK, text
 
 
@@ -91,5 +93,5 @@ def _motion(motion: Mapping[str, int]) -> Line:
 
 
 def _refused(counts: Mapping[str, Any]) -> str:
-    reasons = ", ".join(f"{count} of {reason}" for reason, count in counts["reasons"].items())
+    reasons = "; ".join(f"{count}: {reason.replace('#', 'N')}" for reason, count in counts["reasons"].items())
     return f"{counts['refused']} refused" + (f" ({reasons})" if reasons else "")

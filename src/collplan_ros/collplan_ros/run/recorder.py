@@ -16,7 +16,6 @@ from std_msgs.msg import String
 from collplan_core.clock_steps import SendTimes
 from collplan_core.command import STANDING
 from collplan_core.command import STOPPED as STANDS
-from collplan_core.loop.mover_guard import OUT_OF_VIEW
 from collplan_core.movers.coverage import blind_angle
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
@@ -58,7 +57,7 @@ class Recorder:
         robot: values of the newest report of the robot, by key.
         emergency_stop: reason why the robot's emergency stop is latched; empty while it is not.
         held: reason why the robot is held; empty while it is not.
-        standing: reason why the controller commands the robot to stand, or to creep; empty while it moves it.
+        standing: reason why the controller commands the robot to stand; empty while it moves it.
         scan_came: whether a usable scan was received.
         blind: angle that the first usable scan leaves out [rad].
         scan_refused: reason of the newest refusal of a scan; empty before the first.
@@ -193,7 +192,7 @@ class Recorder:
         self.held = values.get("reason", message.message) if state == HELD else ""
 
     def _take_controller_state(self, message: DiagnosticStatus, _: float) -> None:
-        stands = values_of(message).get("maneuver") in STANDING or OUT_OF_VIEW in message.message
+        stands = values_of(message).get("maneuver") in STANDING
         self.standing = message.message if stands else ""
 
     def _take_goal_status(self, message: GoalStatus, sent: float) -> None:
