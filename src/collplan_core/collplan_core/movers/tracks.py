@@ -1,10 +1,12 @@
 """Movers over the scans: each cluster of returns continues a track or begins one."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 KEPT_SIGHTS = 8
 """Newest sights of a track that are kept."""
@@ -27,6 +29,8 @@ GROWTH_OF_FEW = 1.2
 """Growth added to a track, by its number of sights: its velocity is not known yet [m/s]."""
 LEAST_RADIUS, MOST_RADIUS = 0.10, 0.30
 """Bounds of a mover's radius, of which a scan shows a part [m]."""
+APART, APART_BEFORE = 0.5, 0.7
+"""Largest distance of two legs of one person, now and at the oldest sight that is kept [m]."""
 CONFIRMED = 2
 """Sights from which on a track counts: a single cluster may be of chance."""
 
@@ -54,6 +58,7 @@ class Track:
         first: (2,) its first centre [m].
         newest: (m, 4) stamp [s], centre and radius [m] of the newest of these.
         trail: (h, 3) stamp [s] and centre [m] of sights about TRAIL_STEP apart in the last TRAIL_TIME.
+        stopped: since when it is remembered where it stopped, unseen [s]; inf while it is seen.
     """
 
     number: int
@@ -61,12 +66,18 @@ class Track:
     first: np.ndarray
     newest: np.ndarray
     trail: np.ndarray
+    stopped: float = math.inf
 
     def seen_again(self, time: float, cluster: Cluster) -> "Track":
         """The track with one more sight, in place of those that are not older: a scan may come again for one pose."""
         newest = np.vstack([self.newest[self.newest[:, 0] < time], [time, *cluster.center, cluster.radius]])
         trail = _with_place(self.trail, time, cluster.center)
-        return replace(self, sights=self.sights + 1, newest=newest[-KEPT_SIGHTS:], trail=trail)
+        return replace(self, sights=self.sights + 1, newest=newest[-KEPT_SIGHTS:], trail=trail, stopped=math.inf)
+
+    def where_it_stopped(self, time: float) -> "Track":
+        """The track of one that has been out of sight for long, and is taken to stand at its last place."""
+        newest = np.array([[time, *self.centers[-1], self.radius]])
+        return replace(self, newest=newest, stopped=min(self.stopped, self.last_seen))
 
     @property
     def centers(self) -> np.ndarray:
@@ -77,6 +88,11 @@ class Track:
     def has_walked(self) -> bool:
         """True once the mover is away from its first place, or was seen in it often enough."""
         return self.sights >= STAYED or float(np.hypot(*(self.centers[-1] - self.first))) > WALKED
+
+    @property
+    def is_walker(self) -> bool:
+        """True once it counts and has walked: it is no wall where it stops."""
+        return self.sights >= CONFIRMED and self.has_walked
 
     @property
     def last_seen(self) -> float:
@@ -105,6 +121,17 @@ class Track:
         """Place (2,) [m] and velocity (2,) [m/s] at a time [s]."""
         newest, velocity = self._fit
         return newest + velocity * (time - self.last_seen), velocity
+
+
+def persons_of(tracks: list[Track]) -> np.ndarray:
+    """(k,) number of the person whose leg each track is, the least of its tracks: legs that go together are one's."""
+    newest, oldest = (np.array([track.newest[i] for track in tracks]) for i in (-1, 0))
+    together = np.hypot(*(newest[:, None, 1:3] - newest[:, 1:3]).T) < APART
+    # two who pass one another were apart before
+    late = np.abs(oldest[:, None, 0] - oldest[:, 0]) > VELOCITY_SPAN
+    together &= late | (np.hypot(*(oldest[:, None, 1:3] - oldest[:, 1:3]).T) < APART_BEFORE)
+    numbers, (_, person) = np.array([track.number for track in tracks]), connected_components(together)
+    return np.array([numbers[person == each].min() for each in person])
 
 
 def _with_place(trail: np.ndarray, time: float, center: np.ndarray) -> np.ndarray:

@@ -66,8 +66,10 @@ def view_of(scan: Scan, noise: float, seen: SeenSurfaces, position: np.ndarray) 
     if is_open.any():
         is_open = _of_a_run(is_open, OPEN_RUN) & np.isfinite(scan.range_max)
         bearings = first + step * np.arange(n) + beams[:, 2]
-        far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)[:, None]
-        ends = ends + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
+        along = np.column_stack([np.cos(bearings), np.sin(bearings)])
+        far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)
+        far = _short_of_walls(far, beams - np.array([*position, 0.0]), along, seen.piece_of, seen.pieces)
+        ends = ends + far[:, None] * along
     hits = np.where(is_hit[:, None], seen.hits + position, ends)
     directions, edges = directions_of(beams, first, step), _edges_of(hits, beams, closed)
     vouches = is_hit | is_open
@@ -81,6 +83,31 @@ def _of_a_run(which: np.ndarray, shortest: int) -> np.ndarray:
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         found[begin:end] = end - begin >= shortest
     return found
+
+
+@njit
+def _short_of_walls(
+    far: np.ndarray, beams: np.ndarray, along: np.ndarray, piece_of: np.ndarray, pieces: np.ndarray
+) -> np.ndarray:
+    """(n,) free ranges `far` of open beams, short of the straight on of the surfaces that their run lies between.
+
+    Many LIDARs have no return from a wall that they meet too flatly: beside a wall, no return shows no free space.
+    """
+    n, short = len(far), far.copy()
+    for onward in (1, -1):
+        piece = -1
+        for k in range(2 * n):
+            i = (k * onward) % n
+            if far[i] == 0.0:
+                piece = piece_of[i]
+            elif piece >= 0:
+                x0, y0, x1, y1 = pieces[piece]
+                across = (x1 - x0) * along[i, 1] - (y1 - y0) * along[i, 0]
+                if across != 0.0:
+                    ahead = ((x1 - x0) * (y0 - beams[i, 1]) - (y1 - y0) * (x0 - beams[i, 0])) / across
+                    if ahead > 0.0:
+                        short[i] = min(short[i], ahead)
+    return short
 
 
 @njit
@@ -190,12 +217,14 @@ def look_at_each(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Looks at the returns of a later scan.
 
+    A return may have moved by one view and stand by another: who asks decides which counts.
+
     The margin grows by the noise of ranges, and by the spacing of this view's beams at the point: a tip that stands
     hides between two of them.
 
     Args:
         hits: (n, 2) points met [m]; `looked` (n,) which of them are looked at.
-        moved, stands: (n,) what other views have told of them; one that has moved is not looked at again.
+        moved, stands: (n,) what other views have told of them; what is true of one is not asked again.
         margin: depth in the polygon from which on a return was seen free [m].
         in_place: largest distance from a surface that is the same place [m]; with 0 none is looked for.
 
@@ -207,7 +236,7 @@ def look_at_each(
     first, step, closed, blur = view.first, view.step, view.closed, SIGMAS * view.noise
     moved, stands, n, place = moved.copy(), stands.copy(), len(edges), 0
     for i in range(len(hits)):
-        if not looked[i] or moved[i]:
+        if not looked[i] or (moved[i] and (stands[i] or in_place == 0.0)):
             continue
         x, y = hits[i, 0], hits[i, 1]
         place = last_before(directions, place, x - beams[0, 0], y - beams[0, 1])
@@ -217,7 +246,7 @@ def look_at_each(
             continue
         dx, dy = x - beams[place, 0], y - beams[place, 1]
         # nearly all are on the polygon, which a root tells in less time than `_is_inside`
-        if edges[place, 6] - math.sqrt(dx * dx + dy * dy) > margin - SURE:
+        if not moved[i] and edges[place, 6] - math.sqrt(dx * dx + dy * dy) > margin - SURE:
             moved[i] = (
                 vouches[place]
                 and vouches[place + 1 if place + 1 < n else 0]
