@@ -1,6 +1,5 @@
-"""A LIDAR that is not at the centre, sweeps and errs: every beam begins where it was; its place is found from scans."""
+"""A LIDAR that is not at the centre, sweeps and errs: every beam begins where it was."""
 
-import math
 from dataclasses import replace
 from math import hypot, pi, radians, sqrt, tau
 
@@ -10,7 +9,6 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from collplan_core.calibration.lidar_fit import fit_mount
 from collplan_core.control.permission import is_blocked
 from collplan_core.local_map import build_local_map
 from collplan_core.local_map.free_space import UNSEEN_SURFACE
@@ -19,7 +17,7 @@ from collplan_core.parameters import Lidar, LocalMapping, ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.lidar_mount import placed_among
-from collplan_core.sensing.spinning_lidar import LD19, Sweeps, blended, noisy, sweeps_of, swept_scan
+from collplan_core.sensing.spinning_lidar import LD19, Sweeps, blended, noisy, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
@@ -119,56 +117,6 @@ def test_the_sweep_is_undone_across_an_impact():
             assert distances(still, at).max() > 0.05
     assert len(judged) == 5
     assert max(judged) < 1e-6
-
-
-KNOWN = world_of(
-    [box(1.2, 0.2, 1.6, 0.5), box(0.1, 1.3, 0.3, 1.8)], [(2.1, 1.6, 0.15)], bounds=(0.0, 0.0, 2.6, 2.2), walled=True
-)
-"""What somebody may put on a floor: a box, a board, a bucket, and no symmetry."""
-
-
-def resting(world, lidar: Lidar, random, n: int = 6):
-    """Scans of a low-cost sensor on a robot at rest near one place, whose measured pose is off by its noise."""
-    scans = []
-    for _ in range(n):
-        x, y = np.array([0.9, 0.9]) + random.uniform(-0.1, 0.1, 2)
-        yaw = random.uniform(-0.1, 0.1) + 0.7
-        poses = np.tile((x, y, yaw), (LD19.n_beams, 1))
-        measured = State(
-            0.0, np.array([x, y]) + random.normal(0.0, 0.002, 2), np.zeros(2), yaw + random.normal(0, 0.004)
-        )
-        scans.append((swept_scan(world, poses, 0.0, LD19, lidar, random), measured))
-    return scans
-
-
-def test_a_lidar_turned_shifted_or_mirrored_is_found():
-    for seed in range(6):
-        random = np.random.default_rng(seed)
-        x, y = random.uniform(-0.08, 0.08, 2).tolist()
-        yaw = float(random.uniform(-math.pi, math.pi))
-        truth = Lidar(offset_x=x, offset_y=y, offset_yaw=yaw, mirrored=bool(seed % 2))
-        fit = fit_mount(resting(KNOWN, truth, random), KNOWN)
-        assert fit.mount.mirrored == truth.mirrored, seed
-        assert abs(math.remainder(fit.mount.yaw - yaw, math.tau)) < math.radians(0.6)
-        assert math.hypot(fit.mount.x - x, fit.mount.y - y) < 0.006
-        assert fit.explained > 0.9
-        assert fit.rival < fit.explained - 0.2
-        assert (fit.uncertainty < 0.005).all()
-
-
-def test_where_a_room_looks_the_same_from_another_heading_there_is_a_rival():
-    square = world_of(bounds=(-1.0, -1.0, 1.0, 1.0), walled=True)
-    fit = fit_mount([(simulate_scan(square, at_rest(), Lidar(offset_yaw=0.4)), at_rest())], square)
-    assert fit.rival > 0.99 * fit.explained
-    other = world_of([box(1.9, 0.3, 2.2, 0.8)], bounds=(-0.6, 0.1, 3.5, 1.5), walled=True)
-    assert fit_mount(resting(other, Lidar(), np.random.default_rng(3)), KNOWN).explained < 0.7  # another room
-
-
-def test_without_hits_or_surfaces_there_is_nothing_to_say():
-    state = at_rest((0.9, 0.9))
-    assert fit_mount([], KNOWN) is None
-    assert fit_mount([(simulate_scan(KNOWN, state, Lidar(n_beams=60)), state)], KNOWN) is None
-    assert fit_mount([(simulate_scan(KNOWN, state, Lidar()), state)], world_of()) is None
 
 
 SQUARE = world_of(bounds=(-1.0, -1.0, 1.0, 1.0), walled=True)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,18 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from collplan_core.mounting.driven import Driven
+from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters
+from collplan_core.state import State
 from collplan_ros.inspect.main import GOOD, UNREADABLE, main
+from collplan_ros.inspect.page import Drawing
+from collplan_ros.inspect.recording import Topics, read_recording
+from played_folders import newest, poses_in, recording_in
 
 EPOCH = 1_700_000_000.0
 TRANSIT = 0.005
 """Time from an odometry's stamp to its receipt [s]."""
+KILLED = Path(__file__).parents[1] / "frozen/runs/killed"
 TURTLEBOT = Path(os.environ.get("COLLPLAN_RECORDINGS", "none")) / "turtlebot4_hall.mcap"
 
 
@@ -76,7 +83,24 @@ def write_bag(folder: Path, form: str, recorded: Driven) -> Path:
     return next(path.glob("*.mcap")) if form == "mcap" else path
 
 
-@pytest.mark.parametrize("form", ["ros1", "sqlite", "mcap"])
+def test_every_form_of_a_bag_is_read_and_of_one_that_is_cut_off_what_it_holds(tmp_path):
+    recorded = driven(drawn_mount(1), Drive(moves=False), duration=4.0)
+    for form, name in (("ros1", ""), ("sqlite", ""), ("sqlite", "drive.db3"), ("mcap", ""), ("mcap", "drive.mcap")):
+        folder = tmp_path / f"{form}{name}"
+        folder.mkdir()
+        write_bag(folder, form, recorded)
+        path = folder / ("drive.bag" if form == "ros1" else "drive") / name
+        found = read_recording(path, Topics(), Settings().mocap, lambda _: None)
+        assert (len(found.poses), len(found.scans), found.is_cut) == (len(recorded.times), len(recorded.stamps), False)
+    bag = tmp_path / "bag"  # whose recorder was killed, as bringup was
+    bag.mkdir()
+    shutil.copy(KILLED / "run.mcap", bag / "bag_0.mcap")
+    for path in (KILLED, bag, bag / "bag_0.mcap"):
+        found = read_recording(path, Topics(), Settings().mocap, lambda _: None)
+        assert (len(found.poses), len(found.scans), found.is_cut) == (526, 104, True)
+
+
+@pytest.mark.parametrize("form", ["ros1", "mcap"])
 def test_found_parameters_are_those_of_the_robot_whatever_the_bag(tmp_path, form, capsys):
     true = drawn_mount(3)
     path = write_bag(tmp_path, form, driven(true, Drive(), duration=15.0, seed=3))
@@ -96,12 +120,33 @@ def test_found_parameters_are_those_of_the_robot_whatever_the_bag(tmp_path, form
     assert report["found"]["scan.mirrored"]["value"] == true.mirrored
     assert report["found"]["mocap.topic"]["value"] == "/odom"
     assert "mended" in capsys.readouterr().out
+    frames = recording_in((tmp_path / "out/inspect.html").read_text(encoding="utf-8"))["frames"]
+    placed = poses_in([frame for frame in frames if "robot" in frame])
+    assert 0 <= report["as_found"]["poses"]["n"] - len(placed) < 10  # the first ones give no velocity
+    assert sum("scan" in frame for frame in frames) > 0.9 * report["as_found"]["scans"]["n"]
+    assert len(newest(frames, "remembered", np.inf)) > 400
+
+
+def test_the_page_marks_what_was_refused_where_it_was_and_says_why():
+    states = [State(0.1 * k, np.array([0.1 * k, 0.0]), np.array([1.0, 0.0]), 0.0) for k in range(40)]
+    happened = [(EPOCH + each.stamp, "pose", (each,)) for each in states]
+    happened.append((EPOCH + 1.03, "refused_pose", ("leap", np.array([5.0, 2.0]))))
+    happened.append((EPOCH + 1.04, "refused_pose", ("not_finite", None)))
+    happened.append((EPOCH + 2.05, "refused_scan", ("it is turned", None, states[20])))
+    happened.append((EPOCH + 3.02, "stands", ("scan too old",)))
+    frames = Drawing(Settings()).frames_of("drive", sorted(happened, key=lambda each: each[0]))
+    marked = {round(frame["t"], 1): frame["refused"] for frame in frames if "refused" in frame}
+    assert marked == {1.1: [[5000, 2000, 0], [1000, 0, 0]], 2.1: [[2000, 0, 1]]}
+    reasons = [newest(frames, "doing", time)["reason"] for time in (0.5, 1.1, 2.1, 3.3)]
+    assert reasons == ["", "pose refused: not_finite", "scan refused: it is turned", "scan too old"]
 
 
 def test_what_a_robot_at_rest_does_not_show_is_not_written_and_a_line_says_what_would(tmp_path, capsys):
     path = write_bag(tmp_path, "mcap", driven(drawn_mount(1)._replace(late=0.0), Drive(moves=False), duration=6.0))
-    main([str(path), "--out", str(tmp_path)])
-    assert set(read_parameters(tmp_path / "found.yaml")) == {"mocap.format", "mocap.topic", "mocap.frame", "scan.frame"}
+    (given := tmp_path / "base.yaml").write_text("/**: {ros__parameters: {robot: {radius: 0.15}}}")
+    main([str(path), "--params", str(given), "--out", str(tmp_path)])
+    wiring = {"mocap.format", "mocap.topic", "mocap.frame", "scan.frame"}
+    assert set(read_parameters(tmp_path / "found.yaml")) == {*wiring, "robot.radius"}
     assert "scan.offset_yaw" in json.loads((tmp_path / "inspect.json").read_text())["missing"]
     assert "turn once at about 1 rad/s" in capsys.readouterr().out
 

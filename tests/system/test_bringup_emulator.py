@@ -79,10 +79,6 @@ def test_where_a_real_robot_is_and_goes_and_who_may_command_it_has_to_be_said(tm
         assert re.findall(r"--(\w+)", str(error.value).partition("missing: ")[2]) == missing
     for robot in ("sim", "emulator"):
         assert prepare(Options(robot=robot)).network == "local"
-    # a check needs no more than the network
-    assert prepare(Options(robot="serial:/dev/x", check=True, network="subnet")).network == "subnet"
-    with pytest.raises(StartError, match=r"missing: --network$"):
-        prepare(Options(robot="serial:/dev/x", check=True))
 
 
 def test_a_real_robot_is_slow_unless_the_command_line_says_otherwise_and_it_is_said_why(tmp_path):

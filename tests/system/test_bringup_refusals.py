@@ -76,10 +76,16 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2_before_anything_starts(
     for out, expected in ((tmp_path / "file", "is a file"), (tmp_path / "file" / "runs", "cannot be written")):
         assert main(["--out", str(out)]) == 2
         assert expected in capsys.readouterr().err
-    for arguments in (["--robot", "tank"], ["--network", "everywhere"], ["--goal", "1"], ["--seed", "x"]):
+    for arguments, expected in (
+        (["--robot", "tank"], "--robot"),
+        (["--network", "everywhere"], "--network"),
+        (["--goal", "1"], "--goal"),
+        (["--seed", "x"], "--seed"),
+        (["--check", "--yes"], "--check: no longer an option, inspect --live 60 takes its place"),
+    ):
         with pytest.raises(SystemExit, match="2"):
             main(arguments)
-        assert arguments[0] in capsys.readouterr().err
+        assert expected in capsys.readouterr().err
     with pytest.raises(preparation.StartError, match="'tank'"):
         run(Options(robot="tank"))
 
@@ -107,10 +113,6 @@ def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path
     assert preparation.prepare(base).settings.planner.stop_at_goal
     for other in (replace(base, params=passing), real, Options()):
         assert not preparation.prepare(other).settings.planner.stop_at_goal
-    # a check goes to no goal
-    (tmp_path / "floor.yaml").write_text(WORLD)
-    floor = replace(real, world=str(tmp_path / "floor.yaml"), goal=None, check=True)
-    assert preparation.prepare(floor).world.name == "floor"
 
 
 def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):

@@ -22,7 +22,7 @@ WITH_ROS_IN_SIM = {
     "omnipuck_sim.emulator.firmware_emulator",
 }
 WITH_ROS_IN_RUNS = {"collplan_ros.run.recorder"}
-WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "topics")}
+WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "topics")} | {"collplan_ros.inspect.live"}
 READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("run", "replay", "view", "inspect"))
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {

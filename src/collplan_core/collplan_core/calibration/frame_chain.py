@@ -8,10 +8,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from collplan_core.calibration.lidar_fit import LidarMount
-
 LEVEL = math.radians(15.0)
 """Largest angle between the axis of a LIDAR and the vertical [rad]."""
+
+
+@dataclass(frozen=True)
+class LidarMount:
+    """Mounting pose of a LIDAR: x forward and y left of the robot's centre [m], heading [rad], and whether inverted."""
+
+    x: float
+    y: float
+    yaw: float
+    mirrored: bool
 
 
 @dataclass(frozen=True, eq=False)

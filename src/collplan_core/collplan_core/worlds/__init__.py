@@ -3,8 +3,8 @@
 from collplan_core.worlds.file import parse_world, read_world, save_world, world_text
 from collplan_core.worlds.load import UNKNOWN, arena_names, load_world
 from collplan_core.worlds.movers import Mover
-from collplan_core.worlds.route import check_route, has_room
-from collplan_core.worlds.shapes import World, WorldError, surface_distances, world_segments
+from collplan_core.worlds.route import check_route
+from collplan_core.worlds.shapes import World, WorldError, world_segments
 
 __all__ = [
     "UNKNOWN",
@@ -13,12 +13,10 @@ __all__ = [
     "WorldError",
     "arena_names",
     "check_route",
-    "has_room",
     "load_world",
     "parse_world",
     "read_world",
     "save_world",
-    "surface_distances",
     "world_segments",
     "world_text",
 ]

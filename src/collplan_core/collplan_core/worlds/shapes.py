@@ -95,16 +95,6 @@ def world_segments(world: World) -> np.ndarray:
     return np.vstack(edges) if edges else np.zeros((0, 4))
 
 
-def surface_distances(world: World, points: np.ndarray) -> np.ndarray:
-    """(n,) distance of each point (n, 2) from the nearest surface [m]; infinite in a world without any."""
-    # costs more than all the rest to load
-    import shapely
-
-    edges = shapely.multilinestrings(np.reshape(world_segments(world), (-1, 2, 2)))
-    rims = [np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - r) for x, y, r in world.circles.tolist()]
-    return np.fmin.reduce([np.full(len(points), np.inf), shapely.distance(edges, shapely.points(points)), *rims])
-
-
 def in_bounds(bounds: Sequence[float], point: np.ndarray) -> bool:
     """Returns whether a point (2,) [m] lies within the bounds, border included."""
     return bool(bounds[0] <= point[0] <= bounds[2] and bounds[1] <= point[1] <= bounds[3])

@@ -48,38 +48,28 @@ LINK_PATIENCE = 3.0
 """Longest wait for the robot's link, once every node has reported [s]."""
 
 
-def wait_until_poses_come(graph: Graph) -> None:
-    """Waits until every node has reported and poses come.
-
-    Raises:
-        NodeDied, GraphError, Interrupted, RecordError: as methods of the graph.
-    """
-    robot, says = graph.preparation.robot.nodes[0], graph.complaints
-    graph.wait(_all_reported(graph), READY_PATIENCE, lambda: says.unready(READY_PATIENCE))
-    graph.let_time_run()
-    twice = seen_more_than(graph.listener.node, Counter([NAME, *graph.preparation.programs]))
-    if twice:
-        raise GraphError(says.not_alone(f"another {in_words(twice)}"))
-    status = graph.recorder.status
-    graph.wait(lambda: status(robot).level != ERROR, LINK_PATIENCE, lambda: f"{robot}: {status(robot).message}")
-    if values_of(status(robot)).get("impact_sensing") == "yes":
-        # else each impact would be published twice
-        off = Parameter("mocap.detect_impacts", value=False).to_parameter_msg()
-        service = f"{graph.preparation.full_name('mocap_node')}/set_parameters"
-        graph.call(SetParameters, service, SetParameters.Request(parameters=[off]))
-    graph.wait(lambda: graph.recorder.newest is not None, complaints.INPUT_PATIENCE, says.no_pose)
-
-
 def wait_until_ready(graph: Graph) -> None:
     """Waits until every node has reported, poses and scans come, and the planner listens for a goal.
 
     Raises:
         NodeDied, GraphError, Interrupted, RecordError: as methods of the graph.
     """
-    wait_until_poses_come(graph)
-    recorder, says = graph.recorder, graph.complaints
+    robot, recorder, says = graph.preparation.robot.nodes[0], graph.recorder, graph.complaints
+    graph.wait(_all_reported(graph), READY_PATIENCE, lambda: says.unready(READY_PATIENCE))
+    graph.let_time_run()
+    twice = seen_more_than(graph.listener.node, Counter([NAME, *graph.preparation.programs]))
+    if twice:
+        raise GraphError(says.not_alone(f"another {in_words(twice)}"))
+    status = recorder.status
+    graph.wait(lambda: status(robot).level != ERROR, LINK_PATIENCE, lambda: f"{robot}: {status(robot).message}")
+    if values_of(status(robot)).get("impact_sensing") == "yes":
+        # else each impact would be published twice
+        off = Parameter("mocap.detect_impacts", value=False).to_parameter_msg()
+        service = f"{graph.preparation.full_name('mocap_node')}/set_parameters"
+        graph.call(SetParameters, service, SetParameters.Request(parameters=[off]))
     # a goal is new to the robot, and lets it move, only after it has received something from the planner
     for condition, complaint in (
+        (lambda: recorder.newest is not None, says.no_pose),
         (lambda: recorder.scan_came, says.no_scan),
         (lambda: graph.goals.are_heard, says.no_planner),
         (lambda: recorder.robot.get("knows_planner") == "yes", lambda: says.missing("robot/state", "reliable")),

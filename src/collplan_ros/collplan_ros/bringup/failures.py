@@ -3,8 +3,6 @@
 import signal
 
 NOT_REACHED, NOT_STARTED, GRAPH_LOST, RECORD_LOST = 1, 2, 3, 4
-FOUND_WRONG = 1
-"""Exit code of a check that found something wrong; the others are those of a run."""
 
 
 class StartError(RuntimeError):

@@ -258,11 +258,10 @@ class Graph:
         if not self.is_ready or time.monotonic() < self._commanders_due:
             return
         self._commanders_due = time.monotonic() + COMMANDERS_PERIOD
-        ours = NAME if self.preparation.checks else COMMANDER
-        others = other_commanders(self.listener.node, ours)
+        others = other_commanders(self.listener.node, COMMANDER)
         if others:
             topic = self.complaints.name(COMMANDS)
-            raise GraphError(f"{topic} is published by {in_words(others)} beside {ours}; end all but {ours}")
+            raise GraphError(f"{topic} is published by {in_words(others)} beside {COMMANDER}; end all but {COMMANDER}")
 
     def _say_logged(self, message: Log) -> None:
         """Prints a node's error when it happens, and why a robot that is not simulated stands."""

@@ -12,8 +12,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.calibration.frame_chain import Link, mount_in
-from collplan_core.calibration.lidar_fit import LidarMount
+from collplan_core.calibration.frame_chain import LidarMount, Link, mount_in
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import environment_set, graph_environment
 from collplan_ros.bringup.preparation import Preparation

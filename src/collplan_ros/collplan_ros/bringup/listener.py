@@ -4,8 +4,6 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from functools import partial
-from threading import Lock
 
 from rcl_interfaces.msg import Log
 from rclpy.context import Context
@@ -18,7 +16,6 @@ from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.processes import NodeLogs
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.stepped_nodes import SteppedNodes
-from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.events_executor import events_executor
 from collplan_ros.run.description import describe_run
 from collplan_ros.run.graph_topics import GraphTopics, PollingNode
@@ -29,8 +26,6 @@ from collplan_ros.run.writer import RecordingFile
 NAME = "bringup"
 TAKING_PERIOD = 0.01
 """Period at which what has come is taken [s]: to wait for each message costs a multiple of it."""
-AT_ONCE = 4
-"""Messages of the node's own subscriptions that are taken between two looks at its clock."""
 LONGEST_STEP = 0.1
 """Longest time without poses that one step counts [s]: one that takes longer was stalled by the machine."""
 REST_SPEED = 0.03
@@ -46,12 +41,10 @@ SILENCE = 1.0
 
 
 class Listener:
-    """Receives from its construction until `close()`; a check is not recorded, and its node has the graph's clock.
+    """Receives and records from its construction until `close()`.
 
     Attributes:
         node: bringup's own node.
-        local_clock: the clock of ages; the simulation's in a check of a simulated robot.
-        local_time: the time of that clock [s].
         recorder: the nodes' newest reports.
         silence: time without poses while messages were taken [s].
         now: the time for patience [s].
@@ -67,12 +60,10 @@ class Listener:
         self.now: Callable[[], float] = time.monotonic
         self._spin: Callable[[], None] = self._spin_a_moment
         self._may_be_more = False
-        self._spinning = Lock()
         settings, context = preparation.settings, Context()
         with ExitStack() as stack:
             stack.callback(context.try_shutdown)
-            clock = preparation.simulated_time if preparation.checks else []
-            arguments = ["--ros-args", *preparation.remapped, *clock]
+            arguments = ["--ros-args", *preparation.remapped]
             try:
                 quietly = ["--ros-args", "--disable-stdout-logs"] if preparation.in_one_process else []
                 context.init(args=quietly)
@@ -80,19 +71,15 @@ class Listener:
             except RuntimeError as error:  # rcl's own, about its environment
                 raise StartError(f"ROS does not start: {' '.join(str(error).split())}") from None
             stack.callback(self.node.destroy_node)
-            self.local_clock = local_clock(self.node)
-            self.local_time = partial(seconds, self.local_clock)
             times = SendTimes()
-            self._recording = None if preparation.checks else RecordingFile(folder.recording)
-            if self._recording is not None:
-                stack.callback(self._recording.finish)
-                goal, simulated = preparation.goal.tolist(), preparation.robot.simulated
-                about = preparation.world, goal, simulated, preparation.namespace
-                describe_run(self._recording, folder.parameters, *about, times.ahead_at_first)
+            self._recording = RecordingFile(folder.recording)
+            stack.callback(self._recording.finish)
+            goal, simulated = preparation.goal.tolist(), preparation.robot.simulated
+            about = preparation.world, goal, simulated, preparation.namespace
+            describe_run(self._recording, folder.parameters, *about, times.ahead_at_first)
             known = recorded_topics(settings, real_scans=LIDAR not in preparation.programs)
             self._topics = GraphTopics(self.node, known, times, self._recording)
-            mark = self._recording.describe if self._recording else lambda name, values: None
-            self.recorder = Recorder(self._topics, settings, mark, times, preparation.namespace)
+            self.recorder = Recorder(self._topics, settings, self._recording.describe, times, preparation.namespace)
             self._executor = events_executor(context)
             self._executor.add_node(self.node)
             stack.callback(self._executor.shutdown)
@@ -119,28 +106,17 @@ class Listener:
         self._may_be_more = self._topics.take()
         waited = min(self.now() - begun, LONGEST_STEP)
         self.silence = 0.0 if self.recorder.newest is not newest else self.silence + waited
-        if self._recording is not None:
-            self._recording.flush_when_due()
+        self._recording.flush_when_due()
 
     def _spin_a_moment(self) -> None:
         begun = time.monotonic()
-        with self._spinning:
-            self._executor.spin_once(timeout_sec=0.0)
-            while not self._may_be_more and (left := begun + TAKING_PERIOD - time.monotonic()) > 0.0:
-                self._executor.spin_once(timeout_sec=left)
+        self._executor.spin_once(timeout_sec=0.0)
+        while not self._may_be_more and (left := begun + TAKING_PERIOD - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
 
     def take_all(self) -> None:
         """Takes all messages received until now, when no node sends any more."""
         self._topics.take_all()
-
-    def spin_meanwhile(self) -> None:
-        """Lets the node's clock and its own subscriptions go on while the thread that takes does something else."""
-        if self._spinning.acquire(blocking=False):
-            try:
-                for _ in range(AT_ONCE):
-                    self._executor.spin_once(timeout_sec=0.0)
-            finally:
-                self._spinning.release()
 
     @property
     def at_rest(self) -> bool:
@@ -158,8 +134,7 @@ class Listener:
         self._take_until(lambda: self.speed <= REST_SPEED, REST_PATIENCE)
         self.recorder.finish()
         self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)
-        if self._recording is not None:
-            self._recording.flush()
+        self._recording.flush()
 
     @property
     def speed(self) -> float:

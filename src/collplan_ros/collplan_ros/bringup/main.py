@@ -16,7 +16,6 @@ from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_core.parameters import Settings
 from collplan_core.strategies import is_careful
-from collplan_ros.bringup.check import check
 from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.failures import (
     NOT_REACHED,
@@ -207,8 +206,6 @@ def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = parse(args)
     try:
-        if options.check:
-            return check(options, Progress())
         result = run(options)
     except StartError as error:
         print(f"bringup: {error}", file=sys.stderr)

@@ -2,6 +2,7 @@
 
 # ruff: noqa: RUF009 (a field of a dataclass is made by a call)
 import argparse
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
@@ -191,8 +192,6 @@ class Options:
     processes: bool = _option(
         "--processes", False, "a process for each node of the simulated robot, in real time that waits for none"
     )
-    check: bool = _option("--check", False, "check link, motion capture, axes and LIDAR, and find offsets; no run")
-    yes: bool = _option("--yes", False, "with --check: move the robot without asking")
     view: bool = _option("--view", False, "show the run in a browser, at the printed address (view.port)")
     journal: bool = _option("--no-journal", True, "do not record what replay needs (planner.journal: false)")
     again: bool = _option("--again", False, "drive to and fro until Ctrl-C; simulated robots only")
@@ -262,8 +261,6 @@ examples:
       any robot that takes cmd_vel; the graph is in the namespace collplan
   bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
       the last run's parameters, and a goal, which no file holds
-  bringup --check --robot serial:/dev/ttyUSB0 --network subnet --params mocap.yaml
-      before the first run of a robot
 
 Each run leaves a folder: run.html, which plays it in a browser, trajectory.png and .csv, impacts.csv, summary.json,
 parameters.yaml, the output of each node in log/, and run.mcap, which holds every topic and is written during the run.
@@ -289,6 +286,8 @@ def _point(words: Sequence[str]) -> tuple[float, float]:
 def parse(args: Sequence[str] | None = None) -> Options:
     """The options on a command line without the program's name; sys.argv's when None."""
     parser = _parser()
+    if "--check" in (sys.argv if args is None else args):
+        parser.error("--check: no longer an option, inspect --live 60 takes its place, while you drive by hand")
     given = vars(parser.parse_args(args))
     goal, namespace = given.pop("goal"), given["namespace"]
     given["namespace"] = None if namespace is None else namespace_from(namespace)

@@ -33,8 +33,6 @@ from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.node_kit.reachability import why_no_graph
 from collplan_ros.view.server import listening_socket
 
-FLOOR = "floor"
-"""The world of a check, unless another is given."""
 REMAPPED = ["-r", "/clock:=clock"]
 """Keeps a simulation's clock in its own namespace: ROS has one for all robots of a domain, /clock."""
 MOUNT = {"scan.offset_x", "scan.offset_y", "scan.offset_yaw", "scan.mirrored"}
@@ -57,7 +55,6 @@ class Preparation:
         namespace: namespace of all nodes, with its leading slash.
         asked: command-line options that no parameter file holds, without the goal.
         speed: top speed of a robot that is not simulated, and its source, in words; empty for others.
-        checks: whether the robot is checked instead: nothing is recorded, and bringup's own node commands it.
         in_one_process: whether the robot and its nodes run in bringup's process, where simulated time waits for them.
         in_real_time: whether simulated time is at most as fast as real time there.
         lidar_unsaid: whether the LIDAR is a real one whose place on the robot no parameter gives.
@@ -73,7 +70,6 @@ class Preparation:
     asked: Sequence[str] = ()
     namespace: str = "/"
     speed: str = ""
-    checks: bool = False
     in_one_process: bool = False
     in_real_time: bool = True
     lidar_unsaid: bool = False
@@ -148,13 +144,12 @@ def prepare(options: Options) -> Preparation:
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     steps = _steps(options, robot), options.real_time or options.view
-    # a check finds its place from the scans
-    unsaid = LIDAR not in found and not options.check and not MOUNT & {*given, *chosen}
+    unsaid = LIDAR not in found and not MOUNT & {*given, *chosen}
     if follows and robot.simulated and not settings.simulator.publishes_clock:
         raise StartError(
             f"use_sim_time: got true in {options.params}, expected false: this simulator runs in real time"
         )
-    about = asked, options.graph, speed, options.check, *steps, unsaid, follows and not robot.simulated
+    about = asked, options.graph, speed, *steps, unsaid, follows and not robot.simulated
     return Preparation(robot, network, settings, world, goal, found, *about)
 
 
@@ -181,10 +176,8 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
     if options.again:
         raise StartError(f"--again: got --robot {options.robot}, expected a simulated one: it starts again by itself")
     needed: dict[str, object] = {"--world": options.world, "--goal": options.goal, "--network": options.network}
-    if options.check or options.scan != SIM:
+    if options.scan != SIM:
         del needed["--world"]
-    if options.check:
-        del needed["--goal"]
     missing = [option for option, value in needed.items() if value is None]
     if missing:
         raise StartError(
@@ -198,10 +191,8 @@ def _settings(
 ) -> Settings:
     # a base of others' making rolls on past a goal that it is only to pass
     values = {"planner.stop_at_goal": robot.stops_at_goal, **given, **robot.values, **chosen}
-    if options.check:
-        values = {"lidar.world": FLOOR, "simulator.world": FLOOR, **values}
     values[SPEED_FACTOR] = _speed_factor(values.get(SPEED_FACTOR, 1.0), _steps(options, robot))
-    if not robot.simulated and options.world is None and not options.check:
+    if not robot.simulated and options.world is None:
         # a world of the parameter file was another run's
         values |= {"lidar.world": UNKNOWN, "simulator.world": UNKNOWN}
     for key in ("lidar.world", "simulator.world"):
@@ -252,8 +243,6 @@ def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping
 
 def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:
     goal = world.goal if options.goal is None else np.array(options.goal, dtype=float)
-    if goal is None and options.check:
-        goal = world.start if world.start is not None else np.zeros(2)  # nothing drives there
     if goal is None:
         raise WorldError(f"world {world.called}: goal: missing, expected goal: [x, y] in its file or --goal X Y")
     if world.start is None:

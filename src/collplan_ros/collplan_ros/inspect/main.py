@@ -4,6 +4,8 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Sequence
+from datetime import datetime
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +17,19 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.inspect.findings import Findings, axes_of, find, wiring
+from collplan_ros.inspect.page import PAGE, write_inspect_page
 from collplan_ros.inspect.recording import Recording, RecordingError, Topics, read_recording
 from collplan_ros.inspect.stages import Stages, passed_through
-from collplan_ros.inspect.words import WRONG, lines_of
+from collplan_ros.inspect.words import DOUBTFUL, WRONG, lines_of
+from collplan_ros.run.whole_file import RecordError
 
 GOOD, NOT_MENDED, UNREADABLE = 0, 1, 2
 """Exit codes: nothing is wrong with found.yaml, something still is, and nothing could be read."""
 DESCRIPTION = """\
 Reads a recording of a robot that somebody drove, tells what is wrong with its poses, scans and motion, and writes
-found.yaml, a parameter file with what the recording shows of the sensors, and inspect.json. It needs neither ROS nor
-the robot. RECORDING is a ROS 1 bag, a ROS 2 bag (folder, .mcap or .db3), or a run folder of bringup.
+found.yaml, a parameter file with what the recording shows of the sensors, inspect.json, and inspect.html, which plays
+the recording in a browser. RECORDING is a ROS 1 bag, a ROS 2 bag (folder, .mcap or .db3), or a run folder of bringup;
+to read it needs neither ROS nor the robot.
 
 Nothing is wrong, or found.yaml mends it: exit code 0. Something else is wrong: 1. Unreadable: 2.
 """
@@ -33,19 +38,24 @@ examples:
   inspect drive.mcap                            topics found by type and rate
   inspect drive --scans /front/scan             one of several LIDARs
   inspect runs/latest --params lab.yaml         what lab.yaml would have said of a run
+  inspect --live 60 --out found                 records for a minute, then the same
 """
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
-    options = _parser().parse_args(args)
+    parser = _parser()
+    options = parser.parse_args(args)
+    if (options.recording is None) == (options.live is None):
+        parser.error("expected either RECORDING or --live")
     topics = Topics(options.poses, options.scans, options.commands)
     try:
         given = read_parameters(options.params) if options.params else {}
-        recording = read_recording(options.recording, topics, Settings().with_values(given).mocap, _bar("reading"))
+        path = options.recording or _recorded(options.live, options.out)
+        recording = read_recording(path, topics, Settings().with_values(given).mocap, _bar("reading"))
         options.out.mkdir(parents=True, exist_ok=True)
         return _inspect(recording, given, options.out)
-    except (RecordingError, ParameterError, OSError) as error:
+    except (RecordingError, RecordError, ParameterError, OSError) as error:
         print(f"inspect: {error}", file=sys.stderr)
         return UNREADABLE
 
@@ -53,8 +63,10 @@ def main(args: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = parser_of("inspect", DESCRIPTION, EPILOG)
     add = parser.add_argument
-    add("recording", type=Path, metavar="RECORDING", help="bag, or run folder")
-    add("--params", type=Path, metavar="FILE", help="parameters to begin with; without, those shipped")
+    add("recording", type=Path, nargs="?", metavar="RECORDING", help="bag, or run folder")
+    live = "record the robot's topics for so long while somebody drives it by hand, then inspect that; needs ROS"
+    add("--live", type=float, metavar="SECONDS", help=live)
+    add("--params", type=Path, metavar="FILE", help="parameters to begin with, also in found.yaml; else those shipped")
     add("--out", type=Path, default=Path(), metavar="DIR", help="folder of what is written (default: this one)")
     add("--poses", default="", metavar="TOPIC", help="topic of the poses, where there are several")
     add("--scans", default="", metavar="TOPIC", help="topic of the scans")
@@ -62,18 +74,35 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _recorded(duration: float, out: Path) -> Path:
+    """The file that the robot's topics were recorded into."""
+    try:
+        live = import_module("collplan_ros.inspect.live")
+    except ImportError as error:  # all else works without ROS
+        raise RecordingError(f"--live: needs ROS: {error}") from None
+    out.mkdir(parents=True, exist_ok=True)
+    path = out / f"drive_{datetime.now():%Y%m%d_%H%M%S}.mcap"
+    print(f"recording {path}; drive the robot by hand, Ctrl-C ends it", flush=True)
+    live.record_live(path, duration, _bar("listening"))
+    return path
+
+
 def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
     settings = Settings().with_values(_placed(recording, given))
     before = passed_through(recording, settings, _bar("as set"))
     findings = find(recording, settings, _bar("fitting"))
-    after = passed_through(recording, settings.with_values(findings.values), _bar("as found"))
+    settings = settings.with_values(findings.values)
+    after = passed_through(recording, settings, _bar("as found"))
     report = _report(recording, before, after, findings)
     (out / "inspect.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
-    write_values(findings.values, out / "found.yaml", _comment(findings))
-    lines = list(lines_of(report["as_set"], report["as_found"], findings))
+    write_values(given | findings.values, out / "found.yaml", _comment(findings))
+    cut_off = DOUBTFUL, f"the recording is cut off: this is of its first {recording.duration:.1f} s"
+    lines = [cut_off] if recording.is_cut else []
+    lines += lines_of(report["as_set"], report["as_found"], findings)
     for verdict, text in lines:
         print(f"{verdict:>8}  {text}")
-    print(f"written to {out / 'found.yaml'} and {out / 'inspect.json'}")
+    write_inspect_page(out / PAGE, recording.name, after.happened, settings, lines)
+    print(f"written to {out / 'found.yaml'}, inspect.json and {PAGE}")
     return NOT_MENDED if any(verdict == WRONG for verdict, _ in lines) else GOOD
 
 

@@ -1,10 +1,14 @@
 """A recording of any robot: its poses, scans, commands and static transforms, found by type and rate."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+from mcap.records import Channel, Message, Schema
+from mcap.well_known import Profile
+from mcap.writer import Writer
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag1 import ReaderError as Ros1Error
 from rosbags.rosbag2 import ReaderError as Ros2Error
@@ -15,8 +19,10 @@ from collplan_core.calibration.frame_chain import Link
 from collplan_core.parameters import Mocap
 from collplan_ros.messages.mocap_formats import FORMATS
 from collplan_ros.messages.reading import NANOSECONDS, place_fields
+from collplan_ros.run.reader import is_whole, records
 from collplan_ros.run.writer import RECORDING
 
+MCAP = ".mcap"
 SCAN, TRANSFORMS = "LaserScan", "/tf_static"
 COMMANDS = ("Twist", "TwistStamped")
 EXPECTED = "a ROS 1 bag, a ROS 2 bag (folder, .mcap or .db3), or a run folder"
@@ -40,13 +46,16 @@ class Recording:
     """What a recording holds, in the order of receipt.
 
     Attributes:
+        name: that of its file or folder.
         topics: from where.
         format: that of the poses, as `mocap.format`.
         poses, scans, commands: times of receipt [s] and messages.
         links: each frame in its parent, of /tf_static.
         duration: [s].
+        is_cut: whether it has no end, as where its recorder was killed.
     """
 
+    name: str
     topics: Topics
     format: str
     duration: float
@@ -54,6 +63,7 @@ class Recording:
     scans: list[tuple[float, Any]] = field(default_factory=list)
     commands: list[tuple[float, Any]] = field(default_factory=list)
     links: dict[str, Link] = field(default_factory=dict)
+    is_cut: bool = False
 
 
 def read_recording(path: Path, told: Topics, given: Mocap, said: Callable[[float], None]) -> Recording:
@@ -68,18 +78,48 @@ def read_recording(path: Path, told: Topics, given: Mocap, said: Callable[[float
     Raises:
         RecordingError: it cannot be read, lacks a topic that is told, or has neither poses nor scans.
     """
-    file = path / RECORDING if (path / RECORDING).is_file() else path
-    if not file.exists():
+    if not path.exists():
         raise RecordingError(f"{path}: no such file or folder, expected {EXPECTED}")
     try:
-        with AnyReader([file], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            return _read(reader, file, told, given, said)
+        with TemporaryDirectory() as copies:
+            files = _files(path)
+            cut = [each for each in files if each.suffix == MCAP and not is_whole(each)]
+            whole = [_whole_copy(each, Path(copies)) if each in cut else each for each in files]
+            with AnyReader(whole, default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+                return replace(_read(reader, path, told, given, said), is_cut=bool(cut))
     except RecordingError:
         raise
     except (AnyReaderError, Ros1Error, Ros2Error, SerdeError, OSError) as error:
         raise RecordingError(f"{path}: cannot be read: {error}; expected {EXPECTED}") from None
     except Exception as error:  # whatever the library makes of bytes that are no recording
         raise RecordingError(f"{path}: {type(error).__name__}: {error}; expected {EXPECTED}") from None
+
+
+def _files(path: Path) -> Sequence[Path]:
+    """The recording of a run folder; the files of a bag that lacks metadata.yaml, as its recorder was killed."""
+    if (path / RECORDING).is_file():
+        return [path / RECORDING]
+    within = [] if (path / "metadata.yaml").exists() else sorted([*path.glob(f"*{MCAP}"), *path.glob("*.db3")])
+    return within or [path]
+
+
+def _whole_copy(cut: Path, folder: Path) -> Path:
+    """A file that has an end, with what one that is cut off holds up to there."""
+    channels, schemas = dict[int, int](), dict[int, int]()
+    with cut.open("rb") as source, (folder / cut.name).open("wb") as target:
+        writer = Writer(target)
+        writer.start(profile=Profile.ROS2)
+        for each in records(source):
+            if isinstance(each, Schema) and each.id not in schemas:
+                schemas[each.id] = writer.register_schema(each.name, each.encoding, each.data)
+            elif isinstance(each, Channel) and each.id not in channels and each.schema_id in schemas:
+                about = each.message_encoding, schemas[each.schema_id], each.metadata
+                channels[each.id] = writer.register_channel(each.topic, *about)
+            elif isinstance(each, Message) and each.channel_id in channels:
+                times = each.publish_time, each.sequence
+                writer.add_message(channels[each.channel_id], each.log_time, each.data, *times)
+        writer.finish()
+    return folder / cut.name
 
 
 def _read(reader: AnyReader, file: Path, told: Topics, given: Mocap, said: Callable[[float], None]) -> Recording:
@@ -94,9 +134,8 @@ def _read(reader: AnyReader, file: Path, told: Topics, given: Mocap, said: Calla
     if not (topics.poses or topics.scans):
         found = ", ".join(f"{name} ({kind})" for name, kind in kinds.items()) or "no topic"
         raise RecordingError(f"{file}: found {found}, expected poses ({', '.join(formats)}) or scans ({SCAN})")
-    taken = Recording(
-        topics, formats.get(kinds.get(topics.poses, ""), given.format), max(reader.duration / NANOSECONDS, 1e-3)
-    )
+    form, duration = formats.get(kinds.get(topics.poses, ""), given.format), max(reader.duration / NANOSECONDS, 1e-3)
+    taken = Recording(file.name, topics, form, duration)
     rows = {topics.poses: taken.poses, topics.scans: taken.scans, topics.commands: taken.commands}
     wanted = [each for each in reader.connections if each.topic in rows or each.topic.endswith(TRANSFORMS)]
     total = max(sum(each.msgcount for each in wanted), 1)

@@ -16,7 +16,7 @@ from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
-from collplan_core.scan import ScanError
+from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
 from collplan_core.sensing.pose_filter import FRESH, PoseError, filter_pose
 from collplan_core.state import State
@@ -29,6 +29,8 @@ TICK = 0.05
 COMMAND_LASTS = 0.5
 """Silence after which a base stands by itself [s]; bases differ."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
+Happened = tuple[float, str, tuple[Any, ...]]
+"""Time of receipt [s] of what made something happen, the method of `Drawing` that shows that, and its arguments."""
 
 
 class Reasons(Refusals):
@@ -54,17 +56,21 @@ class Stages:
     Attributes:
         states: the states that the filter gave.
         moves: at each judgement of motion the newest state, and the velocity (2,) [m/s, robot frame] commanded.
+        happened: all that a page can show, in order.
     """
 
     def __init__(self, recording: Recording, settings: Settings) -> None:
         """Nothing has come yet."""
         self.states: list[State] = []
         self.moves: list[tuple[State, np.ndarray]] = []
+        self.happened: list[Happened] = []
         self._settings, self._memory = settings, FRESH
         self._read = FORMATS[recording.format].read
         self._sensed, self._reasons = SensedScans(settings.limits.pose_history), Reasons()
         self._gate, self._watch = InputGate(self._sensed, self._reasons), MotionWatch()
         self._newest: MeasuredPose | None = None
+        self._scan: Scan | None = None
+        self._told, self._why = 0, ""
         self._even, self._seen, self._judged = math.nan, math.nan, math.inf
         self._refused_poses: Counter[str] = Counter()
         self._verdicts: Counter[str] = Counter()
@@ -89,22 +95,26 @@ class Stages:
             self._poses += 1
             sample = robot_pose(measured, received, mocap)
         except PoseError as error:
-            self._refuse_pose(error.reason)
+            self._refuse_pose(received, error.reason, None)
             return
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
-        self._impacts += result.impact is not None
+        if result.impact is not None:
+            self._impacts += 1
+            self.happened.append((received, "impact", (result.impact,)))
         if result.refused:
-            self._refuse_pose(result.refused)
+            self._refuse_pose(received, result.refused, sample.position)
         elif result.state is not None:
             self._fastest = max(self._fastest, result.speed)
             self.states.append(result.state)
+            self.happened.append((received, "pose", (result.state,)))
             joins = self._gate.take_pose(result.state, received, self._settings)
             self._watch.take_pose(result.state, received, joins, self._settings, self._sensed.movers)
-            self._look_at_scans()
+            self._look_at_scans(received)
 
-    def _refuse_pose(self, reason: str) -> None:
+    def _refuse_pose(self, received: float, reason: str, at: np.ndarray | None) -> None:
         self._refused_poses[reason] += 1
         self._gate.refuse("pose", reason)
+        self.happened.append((received, "refused_pose", (reason, at)))
 
     def take_scan(self, received: float, message: Any) -> None:
         """Takes a LaserScan, as planner and controller do."""
@@ -115,17 +125,23 @@ class Stages:
             self._reasons.add("scan", str(error))
             self._gate.refuse("scan", str(error))
         else:
+            self._scan = scan
             self._gate.take_scan(scan, received, self._settings)
-        self._look_at_scans()
+        self._look_at_scans(received)
         self._watch.take_scan(self._sensed.newest_placed(), self._settings)
 
-    def _look_at_scans(self) -> None:
+    def _look_at_scans(self, received: float) -> None:
         placed, movers = self._sensed.newest_placed(), self._sensed.movers
+        if self._reasons["scan"] > self._told:
+            self._told = self._reasons["scan"]
+            at = None if self._scan is None else self._sensed.pose_at(self._scan.stamp)
+            self.happened.append((received, "refused_scan", (self._reasons.newest, self._scan, at)))
         if placed is None or placed[0].stamp == self._seen:
             return
         self._seen, self._reasons.in_a_row = placed[0].stamp, 0
         self._tracks |= set(movers.numbers.tolist())
         self._with_mover += len(movers) > 0
+        self.happened.append((received, "scan", (*placed, movers)))
         self._mover_speed = max(self._mover_speed, float(np.hypot(*movers.velocities.T).max(initial=0.0)))
 
     def take_command(self, received: float, message: Any) -> None:
@@ -153,7 +169,11 @@ class Stages:
         settings = self._settings
         if local - self._judged >= TICK:
             self._judge(local)
-        if self._gate.why_lost(local, settings.limits):
+        why = self._gate.why_lost(local, settings.limits)
+        if why != self._why:
+            self._why = why
+            self.happened.append((local, "stands", (why,)))
+        if why:
             before, self._standing = self._standing, self._standing + TICK
             self._stopped += TICK
             self._held += before <= LONGEST_FAULT < self._standing

@@ -53,26 +53,15 @@ class GraphTopics:
     """
 
     def __init__(
-        self,
-        node: Node,
-        topics: Mapping[str, RecordedTopic],
-        times: SendTimes,
-        recording: RecordingFile | None = None,
+        self, node: Node, topics: Mapping[str, RecordedTopic], times: SendTimes, recording: RecordingFile
     ) -> None:
-        """Subscribes through `node`: all `topics` where there is a recording, else those that are listened to."""
-        self._node = node
-        self._times = times
-        self._known = topics
-        self._recording = recording
-        self._group = _NeverCalled()
-        self._taken: dict[str, _Topic] = {}
-        if recording is not None:
-            for name in topics:
-                self._subscribe(name)
+        """Subscribes through `node` to all `topics`."""
+        group = _NeverCalled()
+        self._taken = {name: _Topic(node, topic, times, recording, group) for name, topic in topics.items()}
 
     def listen(self, topic: str, take: Take, raw: bool = False) -> None:
         """Has each message of a known topic, or its bytes where `raw`, handed to `take`; none that cannot be read."""
-        of = self._subscribe(topic)
+        of = self._taken[topic]
         (of.takers_of_bytes if raw else of.listeners).append(take)
 
     def take(self) -> bool:
@@ -88,11 +77,6 @@ class GraphTopics:
             if not self.take():
                 return
 
-    def _subscribe(self, name: str) -> "_Topic":
-        if name not in self._taken:
-            self._taken[name] = _Topic(self._node, self._known[name], self._times, self._recording, self._group)
-        return self._taken[name]
-
 
 class _Topic:
     """One topic.
@@ -107,7 +91,7 @@ class _Topic:
         node: Node,
         topic: RecordedTopic,
         times: SendTimes,
-        recording: RecordingFile | None,
+        recording: RecordingFile,
         group: CallbackGroup,
     ) -> None:
         self.listeners: list[Take] = []
@@ -144,12 +128,11 @@ class _Topic:
         came = info["received_timestamp"] or time.time_ns()
         stamp = info["source_timestamp"] or came
         ns = round(NANO * self._times.steady(stamp / NANO))
-        if self._recording is not None:
-            if self._channel is None:
-                self._channel = self._made_channel(self._recording)
-            recorded = ns + self._times.ahead_at_first
-            number = info["publication_sequence_number"] or 0
-            self._recording.write(self._channel, data, recorded + came - stamp, recorded, number)
+        if self._channel is None:
+            self._channel = self._made_channel()
+        recorded = ns + self._times.ahead_at_first
+        number = info["publication_sequence_number"] or 0
+        self._recording.write(self._channel, data, recorded + came - stamp, recorded, number)
         sent = ns / NANO
         for take in self.takers_of_bytes:
             take(data, sent)
@@ -162,11 +145,11 @@ class _Topic:
         for take in self.listeners:
             take(message, sent)
 
-    def _made_channel(self, recording: RecordingFile) -> int:
+    def _made_channel(self) -> int:
         kind = type_name(self._topic.kind)
         publishers = self._node.get_publishers_info_by_topic(self._name)
         about = {
             "offered_qos_profiles": offered_qos(publishers),
             "topic_type_hash": str(publishers[0].topic_type_hash) if publishers else "",
         }
-        return recording.channel(self._name, kind, schema_text(kind), about)
+        return self._recording.channel(self._name, kind, schema_text(kind), about)

@@ -56,7 +56,6 @@ class Recorder:
         reported_at: send times of these [s, steady clock].
         goal: newest report of the goal given last; None before the first.
         robot: values of the newest report of the robot, by key.
-        robot_waits: reason why the robot stands, and how to release it; empty while it is free or has not reported.
         emergency_stop: reason why the robot's emergency stop is latched; empty while it is not.
         held: reason why the robot is held; empty while it is not.
         standing: reason why the controller commands the robot to stand, or to creep; empty while it moves it.
@@ -84,7 +83,7 @@ class Recorder:
         self.reported_at: dict[str, float] = {}
         self.goal: GoalReport | None = None
         self.robot: dict[str, str] = {}
-        self.robot_waits = self.emergency_stop = self.held = self.standing = ""
+        self.emergency_stop = self.held = self.standing = ""
         self.scan_came, self.blind = False, 0.0
         self.scan_refused = ""
         self.lateness = 0.0
@@ -188,7 +187,7 @@ class Recorder:
 
     def _take_robot_state(self, message: DiagnosticStatus, _: float) -> None:
         values = self.robot = values_of(message)
-        self.robot_waits, state = message.message, values.get("state", "")
+        state = values.get("state", "")
         why = message.message or f"emergency stop of {message.name}"
         self.emergency_stop = why if state == STOPPED else ""
         self.held = values.get("reason", message.message) if state == HELD else ""

@@ -15,6 +15,8 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     robot       [x, y, yaw, vx, vy] at t; with each new pose, also where the robot rests
     trail       [ms before t, x, y, ...]: poses between those of the frame before and of this one
     scan        points that beams of the newest scan ended at
+    refused     [[x, y, 1 of a scan or 0 of a pose], ...]: where such were refused since the frame before
+    refuses     whether the scan is one that was refused
     free        corners of F, the free space of the disc's centre
     frontiers   two ends of each frontier segment
     predicted   origin and tip of each predicted boundary
@@ -41,7 +43,7 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     strategy    {"value": the planner's strategy, "choices": [name, ...]}; null: no planner that has one was heard
     history     earlier frames that hold t, robot, trail, costs and periods alone: first for a page that comes late
 
-`trail`, `periods` and the plots made of `costs` lose what a page that was too slow has skipped; nothing else does.
+`trail`, `refused`, `periods` and plots of `costs` lose what a page that was too slow has skipped; nothing else does.
 """
 
 import math

@@ -1,8 +1,9 @@
 """Writes run.html of a run folder, and the page of several runs."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from collplan_core.parameters import Planning
 from collplan_core.strategies import TIME_TO_GOAL
@@ -49,19 +50,28 @@ def write_page(path: Path, runs: Sequence[PlayedRun]) -> None:
 
 
 def _recording(run: PlayedRun, page: int) -> str:
-    """A run as a page holds it, with fewer scans, maps and candidates where the file would be too large.
-
-    `page` is the size of a page without a run [bytes].
-    """
+    """A run as a page holds it; `page` is the size of a page without a run [bytes]."""
     try:
         frames, notes = _frames(run)
     except scene.SceneError as error:
         raise RunError(f"{run.run.folder}: {error}") from None
-    largest, factor = largest_file(run.duration), 1
-    text = _packed(run, frames, [*notes, *_fewer(run.decimation, largest)])
-    while (size := page + len(text)) > largest and factor < COARSEST:
+    told = {"title": run.title, "end": run.end, "reason": run.reason, "notes": notes}
+    return fitted(told, frames, largest_file(run.duration) - page, run.decimation)
+
+
+def fitted(told: Mapping[str, Any], frames: Sequence[Frame], largest: int, decimation: int = 1) -> str:
+    """A recording `packed`, with fewer scans, maps and candidates where it would be too large.
+
+    Args:
+        told: title, end, reason and notes.
+        frames: its frames, of which one in `decimation` scans is shown already.
+        largest: size that it must not exceed, where that can be [bytes].
+    """
+    factor = 1
+    text = _packed(told, frames, decimation)
+    while (size := len(text)) > largest and factor < COARSEST:
         factor *= 2 ** max(1, int(math.log2(size / largest)))
-        text = _packed(run, thinned(frames, factor), [*notes, *_fewer(factor * run.decimation, largest)])
+        text = _packed(told, thinned(frames, factor), factor * decimation)
     return text
 
 
@@ -76,15 +86,9 @@ def largest_file(duration: float) -> int:
     return int(min(max(1.0, duration / SHORT) * LARGEST_SHORT, LARGEST))
 
 
-def _fewer(decimation: int, largest: int) -> list[str]:
-    """Returns a note on parts that are not shown; none where all are."""
-    bound = f"{1e-6 * largest:g} MB"
-    words = f"one in {decimation} scans, maps and sets of candidates: all are too many for a file of {bound}"
-    return [words] if decimation > 1 else []
-
-
-def _packed(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
-    return packed({"title": run.title, "end": run.end, "reason": run.reason, "notes": notes, "frames": frames})
+def _packed(told: Mapping[str, Any], frames: Sequence[Frame], decimation: int) -> str:
+    fewer = f"one in {decimation} scans, maps and sets of candidates: all are too many for one file"
+    return packed({**told, "notes": [*told["notes"], *([fewer] if decimation > 1 else [])], "frames": frames})
 
 
 def _missing(frames: Sequence[Frame], planner: Planning) -> list[str]:

@@ -172,7 +172,7 @@ function drawPredicted(picture) {
 function drawScan({ ctx, view, colors, parts }) {
   const flat = parts.scan ?? [];
   const size = Math.min(3.5, Math.max(1.3, 6 * view.scale));
-  ctx.fillStyle = colors.scan;
+  ctx.fillStyle = parts.refuses ? colors.other : colors.scan;
   ctx.beginPath();
   for (let i = 0; i + 1 < flat.length; i += 2) {
     const x = view.sx(flat[i]);
@@ -261,6 +261,17 @@ function drawTrail(picture) {
   const robot = scene.robotAt(now);
   if (robot) points.push({ t: now, x: view.sx(robot.x), y: view.sy(robot.y), speed: robot.speed });
   drawBySpeed(picture, smoothed(points), 2.5, (point) => Math.max(0.12, 1 - (now - point.t) / TRAIL_SHOWN));
+  drawRefused(picture);
+}
+
+/** Where poses were refused, and where the robot was at scans that were. */
+function drawRefused({ ctx, view, colors, scene, now }) {
+  const begin = firstAfter(scene.refused, now - TRAIL_SHOWN);
+  ctx.fillStyle = colors.other;
+  ctx.font = "14px system-ui, sans-serif";
+  for (const { x, y, scan } of scene.refused.slice(begin, firstAfter(scene.refused, now))) {
+    ctx.fillText(scan ? "□" : "✕", view.sx(x) - 5, view.sy(y) + 5);
+  }
 }
 
 /** Each point amid those within SMOOTH of it: what is measured trembles. */
@@ -535,7 +546,7 @@ export const LAYERS = [
       }
     },
   },
-  { id: "trail", label: "way of the robot, by speed", draw: drawTrail, sample: (c, k) => bySpeed(c, k, 2.5) },
+  { id: "trail", label: "way of the robot, by speed; ✕ pose, □ scan refused", draw: drawTrail, sample: (c, k) => bySpeed(c, k, 2.5) },
   { id: "plan", label: "plan, by speed", draw: drawPlan, sample: (c, k) => bySpeed(c, k, 5) },
   {
     id: "contacts", label: "foreseen contacts, direction after", draw: drawContacts,

@@ -5,8 +5,8 @@ import { start } from "./page.js";
 
 const RECORDED_LEAD = 0.1; // s: the robot is drawn between two frames, so the later one must be there before its time
 const RECORDED_HISTORY = 60; // s of trail and plots that are there after a jump
-const RECORDED_PARTS = ["robot", "trail", "costs", "periods"]; // of which the history consists
-const PARTS_OF_ONE_FRAME = new Set(["trail", "periods"]);
+const RECORDED_PARTS = ["robot", "trail", "refused", "costs", "periods"]; // of which the history consists
+const PARTS_OF_ONE_FRAME = new Set(["trail", "refused", "periods"]);
 const LONGEST_STEP = 0.5; // s: a page that was hidden goes on where it was
 const SAME_MOMENT = 1e-4; // s
 const PLAYER_SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -34,6 +34,7 @@ export class RecordedSource {
     this.clock = null;
     this.planTimes = this.timesOf((frame) => frame.plan);
     this.impactTimes = this.timesOf((frame) => frame.impacts?.length);
+    this.refusedTimes = this.timesOf((frame) => frame.refused);
   }
 
   timesOf(has) {
@@ -153,9 +154,10 @@ export class Transport {
   track(box) {
     const track = element("div", box, "track");
     const span = Math.max(this.source.end - this.source.begin, SAME_MOMENT);
-    for (const time of this.source.impactTimes) {
+    const marks = [["refused", this.source.refusedTimes], ["impact", this.source.impactTimes]];
+    for (const [kind, time] of marks.flatMap(([kind, times]) => times.map((time) => [kind, time]))) {
       const share = (time - this.source.begin) / span;
-      const mark = element("i", track, "impact");
+      const mark = element("i", track, kind);
       mark.style.left = `calc(${HALF_A_THUMB}px + ${share} * (100% - ${2 * HALF_A_THUMB}px))`;
     }
     const bar = element("input", track, "bar");

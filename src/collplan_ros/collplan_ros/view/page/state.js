@@ -27,6 +27,7 @@ export class Scene {
   /** Forgets where the robot was and what is plotted. */
   forgetWay() {
     this.track = [];
+    this.refused = [];
     this.series = { planning: [], period: [], distance: [], terms: new Map() };
   }
 
@@ -81,8 +82,11 @@ export class Scene {
       if (measured < REST_SPEED && this.rests(frame.t)) this.track.at(-1).speed = 0;
       this.fillIn();
     }
-    const keep = firstAfter(this.track, frame.t - KEPT);
-    if (keep > 200) this.track.splice(0, keep);
+    this.refused.push(...(frame.refused ?? []).map(([x, y, scan]) => ({ t: frame.t, x, y, scan })));
+    for (const list of [this.track, this.refused]) {
+      const keep = firstAfter(list, frame.t - KEPT);
+      if (keep > 200) list.splice(0, keep);
+    }
   }
 
   /** Whether the robot has not moved in the time before `t`, beyond the noise of its poses. */
