@@ -19,6 +19,8 @@ TRAIL_STEP, TRAIL_TIME = 0.15, 3.0
 """Distance between the places of a trail [m], and its length [s]: who walks there may come back."""
 WALKED = 0.15
 """A track that has come so far from its first sight goes on where it stops [m]: walls beside a mover come nowhere."""
+WALKED_IN = 0.5
+"""One that has come so far is remembered where it stops [m]."""
 STAYED = 20
 """So many sights show the same: who came to a stand where the robot first saw them is a mover nevertheless."""
 FASTEST = 2.5
@@ -29,8 +31,8 @@ GROWTH_OF_FEW = 1.2
 """Growth added to a track, by its number of sights: its velocity is not known yet [m/s]."""
 LEAST_RADIUS, MOST_RADIUS = 0.10, 0.30
 """Bounds of a mover's radius, of which a scan shows a part [m]."""
-APART, APART_BEFORE = 0.5, 0.7
-"""Largest distance of two legs of one person, now and at the oldest sight that is kept [m]."""
+STEP, BESIDE = 0.8, 0.45
+"""Largest distance between the legs of a person at each sight that is kept, and at the nearest of these [m]."""
 CONFIRMED = 2
 """Sights from which on a track counts: a single cluster may be of chance."""
 
@@ -91,8 +93,8 @@ class Track:
 
     @property
     def is_walker(self) -> bool:
-        """True once it counts and has walked: it is no wall where it stops."""
-        return self.sights >= CONFIRMED and self.has_walked
+        """True once it has come from elsewhere: it is no wall where it stops."""
+        return self.sights >= CONFIRMED and float(np.hypot(*(self.centers[-1] - self.first))) > WALKED_IN
 
     @property
     def last_seen(self) -> float:
@@ -125,13 +127,16 @@ class Track:
 
 def persons_of(tracks: list[Track]) -> np.ndarray:
     """(k,) number of the person whose leg each track is, the least of its tracks: legs that go together are one's."""
-    newest, oldest = (np.array([track.newest[i] for track in tracks]) for i in (-1, 0))
-    together = np.hypot(*(newest[:, None, 1:3] - newest[:, 1:3]).T) < APART
-    # two who pass one another were apart before
-    late = np.abs(oldest[:, None, 0] - oldest[:, 0]) > VELOCITY_SPAN
-    together &= late | (np.hypot(*(oldest[:, None, 1:3] - oldest[:, 1:3]).T) < APART_BEFORE)
+    together = [[_go_together(one, other) for other in tracks] for one in tracks]
     numbers, (_, person) = np.array([track.number for track in tracks]), connected_components(together)
     return np.array([numbers[person == each].min() for each in person])
+
+
+def _go_together(one: Track, other: Track) -> bool:
+    """Returns whether two tracks were never more than a step apart and once beside one another: who passes was not."""
+    _, i, k = np.intersect1d(one.newest[:, 0], other.newest[:, 0], return_indices=True)
+    apart = np.hypot(*(one.newest[i, 1:3] - other.newest[k, 1:3]).T)
+    return len(apart) > 0 and apart.max() < STEP and apart.min() < BESIDE
 
 
 def _with_place(trail: np.ndarray, time: float, center: np.ndarray) -> np.ndarray:

@@ -66,10 +66,8 @@ def view_of(scan: Scan, noise: float, seen: SeenSurfaces, position: np.ndarray) 
     if is_open.any():
         is_open = _of_a_run(is_open, OPEN_RUN) & np.isfinite(scan.range_max)
         bearings = first + step * np.arange(n) + beams[:, 2]
-        along = np.column_stack([np.cos(bearings), np.sin(bearings)])
-        far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)
-        far = _short_of_walls(far, beams - np.array([*position, 0.0]), along, seen.piece_of, seen.pieces)
-        ends = ends + far[:, None] * along
+        far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)[:, None]
+        ends = ends + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
     hits = np.where(is_hit[:, None], seen.hits + position, ends)
     directions, edges = directions_of(beams, first, step), _edges_of(hits, beams, closed)
     vouches = is_hit | is_open
@@ -83,31 +81,6 @@ def _of_a_run(which: np.ndarray, shortest: int) -> np.ndarray:
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         found[begin:end] = end - begin >= shortest
     return found
-
-
-@njit
-def _short_of_walls(
-    far: np.ndarray, beams: np.ndarray, along: np.ndarray, piece_of: np.ndarray, pieces: np.ndarray
-) -> np.ndarray:
-    """(n,) free ranges `far` of open beams, short of the straight on of the surfaces that their run lies between.
-
-    Many LIDARs have no return from a wall that they meet too flatly: beside a wall, no return shows no free space.
-    """
-    n, short = len(far), far.copy()
-    for onward in (1, -1):
-        piece = -1
-        for k in range(2 * n):
-            i = (k * onward) % n
-            if far[i] == 0.0:
-                piece = piece_of[i]
-            elif piece >= 0:
-                x0, y0, x1, y1 = pieces[piece]
-                across = (x1 - x0) * along[i, 1] - (y1 - y0) * along[i, 0]
-                if across != 0.0:
-                    ahead = ((x1 - x0) * (y0 - beams[i, 1]) - (y1 - y0) * (x0 - beams[i, 0])) / across
-                    if ahead > 0.0:
-                        short[i] = min(short[i], ahead)
-    return short
 
 
 @njit
