@@ -25,6 +25,19 @@ def goal(status=EXECUTING, stamp=0.5, identity=IDENTITY) -> Goal:
     return Goal(identity, stamp, np.full(2, math.nan), status)
 
 
+def test_where_no_wall_is_near_it_says_so_and_drives_no_faster_than_a_parameter():
+    for wall, words, speed in ((True, "", 0.8), (False, "nothing vouches", LIMITS.unvouched_speed)):
+        loop = ControllerLoop(SETTINGS)
+        loop.take_goal(goal())
+        loop.take_pose(at(1.0), 1.0)
+        scan = scan_at(at(1.0))
+        loop.take_scan(scan if wall else replace(scan, ranges=np.full(len(scan.ranges), np.inf)), 1.0)
+        assert loop.take_plan(straight_plan(1.0, (1.6, 0.0)), 1.0) == ""
+        command = loop.tick(1.0)
+        assert words in command.reason
+        np.testing.assert_allclose(command.velocity, (speed, 0.0), atol=0.01)
+
+
 ENDED = [NO_GOAL, SUCCEEDED, CANCELED, ABORTED]
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.surfaces import HIT, Sweep, beam_kinds, find_surfaces, fit_pieces
+from collplan_core.local_map.surfaces import HIT, OPEN, Sweep, beam_kinds, find_surfaces, fit_pieces
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
 from collplan_core.sight_lines import repeats_first
@@ -16,6 +16,10 @@ GRAZING_ANGLE = math.radians(10.0)
 """Smallest angle between beam and surface that still joins two hits: Borges and Aldon 2004 [rad]."""
 SURFACE_TOLERANCE = 0.001
 """Largest distance of a hit from the straight piece fitted to its surface [m]."""
+FLAT, FADES = math.sin(math.radians(15.0)), 4.0
+"""Sine between beam and wall below which a LIDAR may get nothing back, though it is no farther than this [m]."""
+BEHIND = 3
+"""So many hits before the end of a surface tell its direction [beams]."""
 
 
 class SeenSurfaces(NamedTuple):
@@ -110,3 +114,28 @@ def seen_from(seen: SeenSurfaces, x: float, y: float) -> SeenSurfaces:
     hits, pieces = hits - np.array([x, y]), pieces - np.array([x, y, x, y])
     origins = origins - np.array([x, y, 0.0])
     return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins)
+
+
+@njit
+def may_fade(seen: SeenSurfaces) -> np.ndarray:
+    """(n,) whether a beam that measured nothing may have met the straight on of a wall beside it, too flatly."""
+    n, found = len(seen.kind), np.zeros(len(seen.kind), dtype=np.bool_)
+    for end in range(n):
+        for onward in (-1, 1):
+            i, back, surface = end + onward, end - BEHIND * onward, seen.surface_of[end]
+            if not seen.sweep.closed and not (0 <= i < n and 0 <= back < n):
+                continue
+            if seen.kind[i % n] != OPEN or surface < 0 or surface != seen.surface_of[back % n]:
+                continue
+            x, y = seen.hits[end]
+            dx, dy = x - seen.hits[back % n, 0], y - seen.hits[back % n, 1]
+            beside, bearing, away = x * dy - y * dx, math.atan2(y, x), 0.0
+            if abs(beside) > FLAT * math.hypot(x, y) * math.hypot(dx, dy):
+                continue
+            while seen.kind[i % n] == OPEN and 0.0 <= away <= FADES:
+                bearing += onward * seen.sweep.step
+                across = math.cos(bearing) * dy - math.sin(bearing) * dx
+                away = beside / across if across != 0.0 else math.inf
+                found[i % n] |= 0.0 < away <= FADES
+                i += onward
+    return found

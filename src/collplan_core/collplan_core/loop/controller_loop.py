@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collplan_core.command import Command, stopped
-from collplan_core.control.follow import ControllerMemory, clip_command, follow
+from collplan_core.control.follow import ControllerMemory, clip_command, follow, saturate
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.manual_override import TAKEN, ManualCommand, overrides, overriding_command, why_no_override
 from collplan_core.control.motion_monitor import STOPPING
@@ -39,6 +39,8 @@ LONGEST_START = 10.0
 """Time for the first plan of a goal, and for the first poses and scans [s]; nothing else may take so long."""
 LONGEST_RESUMED = 3.0
 """The same time after a person let the robot go on [s]: inputs must be there then, and a plan soon."""
+NOT_VOUCHED = "nothing vouches for its scans: no wall is near, limits.unvouched_speed"
+"""Reason for a speed that is limited, or would be."""
 WHY_KIDNAPPED = "the robot was carried or turned, or another body is taken for it"
 """Reason for a hold after poses have jumped and agree with one another elsewhere, or after an unexplained turn."""
 
@@ -304,7 +306,14 @@ class ControllerLoop:
         if clipped is None:
             self.refusals.add("command", f"{command.velocity.tolist()} m/s, {command.yaw_rate} rad/s")
             return stopped("the command is not finite or far beyond the limits"), None
-        return replace(command, velocity=clipped[0], yaw_rate=clipped[1]), replace(state, stamp=now)
+        return self._vouched(replace(command, velocity=clipped[0], yaw_rate=clipped[1])), replace(state, stamp=now)
+
+    def _vouched(self, command: Command) -> Command:
+        """The command, at most limits.unvouched_speed where no wall is near that would tell a scan which lies."""
+        if self._inputs.sensed.vouched or not command.velocity.any():
+            return command
+        velocity = saturate(command.velocity, self._settings.limits.unvouched_speed)
+        return replace(command, velocity=velocity, reason=NOT_VOUCHED)
 
     def _when_it_acts(self, state: State, now: float, local_map: LocalMap, settings: Settings) -> tuple[State, float]:
         """The robot when a command that is sent now acts, and the time then [s]; without a delay the newest pose."""

@@ -8,6 +8,7 @@ from collplan_core.control.permission import why_stale
 from collplan_core.loop.sensed_scans import Judged, SensedScans
 from collplan_core.parameters import Limits, Settings
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.scan_plausibility import REPEATED
 from collplan_core.state import State
 
 
@@ -78,7 +79,12 @@ class ScanGate:
     def why_not(self, local: float) -> str:
         """Returns the reason why scans must not be used for driving now; "" where they may."""
         standing = self.is_closed or local - self._stopped_at < self._pause
-        return f"scan refused: {self._reason}" if standing else ""
+        return _refused("scan", self._reason) if standing else ""
+
+
+def _refused(kind: str, reason: str) -> str:
+    """The reason why the robot stands after so many refused poses or scans (`kind`)."""
+    return f"{kind} refused: {reason}; inspect on this run's folder finds settings that are wrong"
 
 
 REFUSED_POSE_AGE = 0.05
@@ -144,7 +150,9 @@ class InputGate:
 
     def _count(self, judged: Judged) -> None:
         for reason, local in judged:
-            if reason:
+            if reason.startswith(REPEATED):
+                self.refuse("scan", reason)
+            elif reason:
                 self._refusals.add("scan", reason)
                 self._gate.reject(reason, local)
                 self.refuse("scan", reason)
@@ -192,7 +200,7 @@ class InputGate:
 
     def _why(self, kind: str, age: float, limit: float) -> str:
         reason = why_stale(kind, age, limit)
-        return f"{kind} refused: {self._refused[kind]}" if reason and kind in self._refused else reason
+        return _refused(kind, self._refused[kind]) if reason and kind in self._refused else reason
 
     def now(self, local: float) -> float | None:
         """The time on the poses' clock [s]; None before the first pose."""

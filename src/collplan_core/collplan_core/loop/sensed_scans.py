@@ -9,7 +9,7 @@ import numpy as np
 from collplan_core.control.permission import is_relocated
 from collplan_core.local_map import LocalMap
 from collplan_core.local_map.build import map_of_surfaces
-from collplan_core.local_map.seen import SeenSurfaces, of_each_beam, seen_surfaces
+from collplan_core.local_map.seen import SeenSurfaces, may_fade, of_each_beam, seen_surfaces
 from collplan_core.movers.coverage import Coverage, with_view
 from collplan_core.movers.finding import MoverMemory, find_movers
 from collplan_core.movers.record import ALL_SEEN, MOVES, NO_MOVERS, Movers, SortedReturns, Unseen
@@ -104,6 +104,11 @@ class SensedScans:
     def _is_given(self, new: State | Scan, local: float) -> bool:
         return new is self._given[0] and local == self._given[1]
 
+    @property
+    def vouched(self) -> bool:
+        """Whether walls are near that tell a scan which lies; not before the first scan."""
+        return self._memory.vouches
+
     def forget(self) -> None:
         """Accepts the next scan, whatever it shows."""
         self._memory = ScanMemory()
@@ -119,6 +124,8 @@ class SensedScans:
             noise = range_noise(scan)
             shown = on_wall_lines(placed(scan, beams, state, settings.scan), noise)
             seen, masked = seen_surfaces(shown, state), masked_beams(scan, settings.scan)
+            if np.isposinf(scan.ranges).any():
+                masked = masked | of_each_beam(may_fade(seen), scan, missing=False)
             returns, moving = find_movers(self._moving, scan, noise, seen, state, settings.movers)
             moves, in_view = returns.kinds == MOVES, seen
             if moves.any():
@@ -126,7 +133,8 @@ class SensedScans:
                 of_movers = of_each_beam(moves, shown, missing=False)
                 shown, masked = replace(shown, ranges=np.where(of_movers, np.nan, shown.ranges)), masked | of_movers
                 seen = seen_surfaces(shown, state)
-            reason, self._memory = judge_scan(self._memory, scan, masked, beams, seen, state, settings.limits)
+            moved = np.concatenate([returns.swept, returns.trails])
+            reason, self._memory = judge_scan(self._memory, scan, masked, beams, seen, state, settings.limits, moved)
             self._judged.append((reason, local))
             if not reason:
                 self.movers, self._moving = returns.movers, moving

@@ -199,6 +199,7 @@ class Limits(Parameters):
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
     hand_age: float = parameter(0.2, "Age of the last command on hand/cmd_vel after which the hand has let go", unit="s", low=0.05, high=0.5)
     blind_speed: float = parameter(0.3, "Largest speed by hand if poses are lost or the motion does not fit the commands", unit="m/s", low=0.0, high=1.0)
+    unvouched_speed: float = parameter(0.5, "Largest speed to a goal while no wall of 0.5 m is within 3 m: nothing vouches for the scans there", unit="m/s", low=0.05, high=5.0, live=True)
     heartbeat_age: float = parameter(0.2, "Silence of planner/heartbeat after which the robot stops, once one was received", unit="s", low=0.1, high=0.5)
     goal_distance: float = parameter(100.0, "A goal farther from the robot is refused", unit="m", low=1.0, high=1000.0)
     fence: tuple[float, ...] = parameter((), "Corners x, y, x, y, ... in frames.map of a polygon that goals and the robot's centre must be in; empty for none", unit="m", low=-1e6, high=1e6)

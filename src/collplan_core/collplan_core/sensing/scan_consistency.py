@@ -61,7 +61,8 @@ ACROSS = 0.5
 PARALLEL = 0.9
 """Least cosine between the normals of two pieces of wall for them to be the same one: else a corner hides it by now."""
 MOVING = 0.2
-"""Speed from which on walls lie ahead and a late scan shows [m/s]."""
+"""Speed from which on walls lie ahead, a late scan shows, and what is no wall may not be missing either [m/s]: at rest
+a lie does no harm, and people walk off."""
 LONGEST_DELAY = 0.6
 """Walls that are farther off than the motion of this time are others [s]."""
 
@@ -145,9 +146,9 @@ def scan_consistency(
     come in front of looks the same. In the time of the recent walls that happens to few.
 
     Args:
-        walls: (m, 4) points of walls and their normals, of scans before.
+        walls: (m, 5) points of walls, their normals, and 0 for what is no wall, of scans before.
         recent: the row from which on they are of the last of these, which alone tell the delay.
-        now: (n, 4) the same of each beam of the scan, of `wall_of_each_beam`.
+        now: (n, 5) the same of each beam of the scan, of `wall_of_each_beam`.
         ranges: (n,) of the scan [m].
         masked: (n,) whether a beam is masked: no wall is expected where it looks.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
@@ -165,6 +166,8 @@ def scan_consistency(
     delays = np.empty(len(walls))
     towards_missing = np.zeros(n, dtype=np.bool_)
     for j in range(len(walls)):
+        if speed < MOVING and walls[j, 4] == 0.0:
+            continue
         x, y, normal_x, normal_y = walls[j, 0], walls[j, 1], walls[j, 2], walls[j, 3]
         k = 1 + last_before(changes, k - 1, x - beams[0, 0], y - beams[0, 1])
         if k == 0:

@@ -1,4 +1,8 @@
-"""Plausibility of a scan after earlier ones: walls do not vanish, and a scan changes while the robot moves."""
+"""Plausibility of a scan after earlier ones: walls do not vanish, and a scan changes while the robot moves.
+
+Walls vouch for a scan: surfaces long enough, where no mover has been, not older than a second. What is shorter vouches
+too while the robot moves. Where too few walls are near, a scan that lies may pass as a true one.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,12 +13,14 @@ from collplan_core.jit import njit
 from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
-from collplan_core.sensing.scan_consistency import Consistency, scan_consistency
+from collplan_core.sensing.scan_consistency import MOVING, Consistency, scan_consistency
 from collplan_core.sensing.seen_walls import wall_of_each_beam
 from collplan_core.state import State
 
-KEPT, PERIOD = 5, 0.2
-"""Number of scans kept, and the time between them [s]."""
+KEPT, PERIOD, LASTS = 5, 0.2, 1.0
+"""Number of scans kept, the time between them, and the age from which on none counts [s]: what stood may be gone."""
+BESIDE = 0.25
+"""Walls so near to where a mover has been were its own [m]."""
 FEWEST, FEWEST_AHEAD = 40, 30
 """Smallest number of walls, of all scans kept together, for a verdict."""
 MOST_MISSING_AHEAD = 0.5
@@ -26,6 +32,9 @@ LATEST = 0.1
 time_increment is 0.05 s late on average."""
 STILL, UNTURNED = 0.02, 0.02
 """A robot that moved less than this may see the same to the last bit: poses have noise [m, rad]."""
+REPEATED = "the same to the last bit"
+"""Begin of the reason of a scan that repeats one: it is none, and neither refused nor used."""
+NOWHERE, NO_WALLS = np.zeros((0, 3)), np.zeros((0, 5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +42,7 @@ class ScanMemory:
     """Memory by which the next scan is judged.
 
     Attributes:
-        walls: walls of plausible scans, the newest last: stamp [s] and the walls of `wall_of_each_beam`.
+        walls: what stood in plausible scans, the newest last: stamp [s] and the rows of `wall_of_each_beam`.
         ranges: ranges of the newest scan, plausible or not; empty before the first.
         pose: (3,) x, y [m] and yaw [rad] where those ranges came first.
         blind: beams that showed nothing in place of a wall, of the newest scan that missed too many; empty once a scan
@@ -45,6 +54,11 @@ class ScanMemory:
     pose: tuple[float, float, float] = (math.nan, math.nan, math.nan)
     blind: tuple[int, ...] = ()
 
+    @property
+    def vouches(self) -> bool:
+        """Whether there are walls enough to tell that the next scan lies."""
+        return sum(float(walls[:, 4].sum()) for _, walls in self.walls) >= FEWEST
+
 
 def judge_scan(
     memory: ScanMemory,
@@ -54,6 +68,7 @@ def judge_scan(
     seen: SeenSurfaces,
     state: State,
     limits: Limits,
+    moved: np.ndarray = NOWHERE,
 ) -> tuple[str, ScanMemory]:
     """Returns the reason why a scan is implausible, "" where it is plausible, and the memory for the next scan.
 
@@ -65,24 +80,28 @@ def judge_scan(
         seen: the surfaces in the scan.
         state: the robot at its stamp.
         limits: the shares of beams that may be lost or miss a wall.
+        moved: (m, 3) discs x, y, radius [m] where movers have been: what stood there is no wall.
     """
     memory = _with_ranges(memory, scan, beams)
     reason = _lost(scan, masked, limits) or _frozen(memory, scan, beams)
     if reason:
         return reason, memory
     now = wall_of_each_beam(seen, scan, state.position)
-    if memory.walls:
-        walls = np.concatenate([walls for _, walls in memory.walls])
-        seen_by = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max
-        x, y = state.velocity.tolist()
-        recent = len(walls) - len(memory.walls[-1][1])
-        found = scan_consistency(walls, recent, now, scan.ranges, masked, beams, seen_by, (x, y))
-        reason = _missing(found, limits)
-        if reason:
-            return reason, replace(
-                memory, blind=tuple(np.flatnonzero(found.towards_missing & np.isinf(scan.ranges)).tolist())
-            )
-        reason = _still_blind(memory, scan) or _late(found, scan)
+    if memory.walls and scan.stamp - memory.walls[0][0] > LASTS:
+        memory = replace(memory, walls=tuple(each for each in memory.walls if scan.stamp - each[0] <= LASTS))
+    walls = np.concatenate([NO_WALLS, *(walls for _, walls in memory.walls)])
+    seen_by = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max
+    x, y = state.velocity.tolist()
+    recent = len(walls) - len(memory.walls[-1][1]) if memory.walls else 0
+    found = scan_consistency(walls, recent, now, scan.ranges, masked, beams, seen_by, (x, y))
+    reason = _missing(found, limits)
+    if reason and len(moved):
+        return judge_scan(_without_walls(memory, moved, (x, y)), scan, masked, beams, seen, state, limits)
+    if reason:
+        return reason, replace(
+            memory, blind=tuple(np.flatnonzero(found.towards_missing & np.isinf(scan.ranges)).tolist())
+        )
+    reason = _still_blind(memory, scan) or _late(found, scan)
     return reason, memory if reason else _with_walls(memory, scan.stamp, now)
 
 
@@ -92,6 +111,18 @@ def _with_ranges(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> ScanMemor
         return memory
     x, y, yaw = beams[0].tolist()
     return replace(memory, ranges=ranges, pose=(x, y, yaw))
+
+
+def _without_walls(memory: ScanMemory, discs: np.ndarray, velocity: tuple[float, float]) -> ScanMemory:
+    """The memory without what stood within BESIDE of discs (m, 3) x, y, radius [m].
+
+    While the robot moves, walls stay: a turned scan shows movers where there are none.
+    """
+    moving, kept = math.hypot(*velocity) >= MOVING, list[tuple[float, np.ndarray]]()
+    for stamp, walls in memory.walls:
+        away = np.hypot(walls[:, None, 0] - discs[:, 0], walls[:, None, 1] - discs[:, 1]) > discs[:, 2] + BESIDE
+        kept.append((stamp, walls[away.all(axis=1) | (moving & (walls[:, 4] > 0.0))]))
+    return replace(memory, walls=tuple(kept))
 
 
 def _with_walls(memory: ScanMemory, stamp: float, now: np.ndarray) -> ScanMemory:
@@ -125,7 +156,7 @@ def _frozen(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> str:
     # where nothing is near, all scans are the same
     if (moved <= STILL and turned <= UNTURNED) or not np.isfinite(scan.ranges).any():
         return ""
-    return f"the same to the last bit after {moved:.2f} m and {turned:.2f} rad"
+    return f"{REPEATED} after {moved:.2f} m and {turned:.2f} rad"
 
 
 def _still_blind(memory: ScanMemory, scan: Scan) -> str:
