@@ -128,7 +128,7 @@ class Track:
 def persons_of(tracks: list[Track]) -> np.ndarray:
     """(k,) number of the person whose leg each track is, the least of its tracks: legs that go together are one's."""
     together = [[_go_together(one, other) for other in tracks] for one in tracks]
-    numbers, (_, person) = np.array([track.number for track in tracks]), connected_components(together)
+    numbers, (_, person) = np.array([track.number for track in tracks]), connected_components(np.array(together))
     return np.array([numbers[person == each].min() for each in person])
 
 
