@@ -104,15 +104,20 @@ def test_poses_that_come_seldom_are_learnt_from_too():
         assert learnt.max_acceleration.low < 1.2 < learnt.max_acceleration.high, every
 
 
-def test_intervals_cover_nine_of_ten_and_the_acceleration_is_within_2_per_cent():
+@pytest.mark.parametrize(
+    ("every", "robots"), [(2, 12), *(pytest.param(every, 300, marks=pytest.mark.soak) for every in (2, 4, 10))]
+)
+def test_intervals_cover_nine_of_ten_and_the_acceleration_is_within_2_per_cent(every, robots):
+    """At 100 poses a second, at 50, and at 20, where the acceleration is less sure."""
     drawn = np.random.default_rng(3)
     errors, covered = [], []
-    for seed in range(12):
-        drive = Drive(*np.exp(drawn.uniform(np.log([0.6, 0.05]), np.log([2.5, 0.18]))), 0.0)
-        learnt = Robot(drive, seed).run(8.0)
+    for seed in range(robots):
+        drive = Drive(*np.exp(drawn.uniform(np.log([0.6, 0.05]), np.log([2.5, 0.18]))), drawn.choice([0.0, 0.03, 0.06]))
+        learnt = Robot(drive, seed).run(10.0, lambda now, at: at if round(now / STEP) % every == 0 else None)
         errors.append(learnt.max_acceleration.value / drive.max_acceleration - 1.0)
         covered.append([known.low <= true <= known.high for known, true in zip(learnt, drive, strict=True)])
-    assert np.sqrt(np.mean(np.square(errors))) < 0.02
+    print(f"every {every * STEP:g} s:", np.mean(covered, axis=0), np.sqrt(np.mean(np.square(errors))))
+    assert np.sqrt(np.mean(np.square(errors))) < (0.02 if every < 10 else 0.04)
     assert np.mean(covered) >= 0.9
 
 

@@ -17,6 +17,7 @@ from collplan_core.parameters import Lidar, LocalMapping, ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.lidar_mount import placed_among
+from collplan_core.sensing.scan_filters import in_time
 from collplan_core.sensing.spinning_lidar import LD19, Sweeps, blended, noisy, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import World
@@ -99,23 +100,26 @@ def bounced(stamp: float) -> State:
     return State(stamp, np.array([along - 0.3, 0.1]), np.array([1.0 if stamp < 0.35 else -0.7, 0.0]), 1.5 * stamp)
 
 
-def test_the_sweep_is_undone_across_an_impact():
-    mount = {"offset_x": 0.05, "offset_y": -0.03, "offset_yaw": 0.5}
-    sweeps, sensors = Sweeps(ROOM, NEVER_WRONG, Lidar(**mount), 0), SensedScans(0.5)
-    values = Settings().with_values({f"scan.{key}": value for key, value in mount.items()})
+@pytest.mark.parametrize(("sweep", "offset"), [("forwards", 0.0), ("backwards", -0.17), ("instant", 0.05)])
+def test_the_sweep_is_undone_across_an_impact_whatever_its_order_and_its_stamp(sweep, offset):
+    mount = {"offset_x": 0.05, "offset_y": -0.03, "offset_yaw": 0.5, "stamp_offset": offset}
+    sweeps, sensors = Sweeps(ROOM, NEVER_WRONG, Lidar(**mount, sweep=sweep), 0), SensedScans(0.5)
+    told = mount | {"backwards": sweep == "backwards", "instant": sweep == "instant"}
+    values = Settings().with_values({f"scan.{key}": value for key, value in told.items()})
     judged = []
     for step in range(61):
         state = bounced(0.01 * step)
         sensors.take_pose(state, state.stamp, values)
         scan = sweeps.take_pose(state)
         if scan is not None:
-            sensors.take_scan(scan, state.stamp, values)
+            assert scan.stamp <= state.stamp + 1e-9
+            sensors.take_scan(in_time(scan, values.scan), state.stamp, values)
             shown, at = sensors.newest_placed()
-            assert shown.stamp == scan.stamp
+            assert shown.stamp == in_time(scan, values.scan).stamp
             judged.append(distances(shown, at).max())
             still = replace(shown, sensor_poses=np.tile(shown.sensor_poses[0], (len(shown.ranges), 1)))
-            assert distances(still, at).max() > 0.05
-    assert len(judged) == 5
+            assert (distances(still, at).max() > 0.05) == (sweep != "instant")
+    assert len(judged) in (4, 5)
     assert max(judged) < 1e-6
 
 
@@ -223,6 +227,29 @@ def test_after_silence_or_a_clock_set_a_sweep_begins_anew():
         (came, scan), *_ = scans_of(sweeps, after, lambda t: replace(driving(0.0), stamp=t))
         assert scan.stamp == pytest.approx(after[0]), jump
         assert came == pytest.approx(after[0] + LD19.sweep_time + LD19.latency, abs=0.0101), jump
+
+
+@pytest.mark.parametrize("sensor", ["ideal", "low_cost"])
+def test_a_fault_of_the_lidar_is_in_its_ranges_and_nowhere_else(sensor):
+    """Beside a long wall: the beams along it are open, or lost ones are zeros, or the last turn comes again."""
+    world, stamps = world_of([box(-10.0, 0.3, 10.0, 0.5)]), np.arange(0.0, 0.6, 0.01)
+    scans = {}
+    for fault in ("none", "flat", "zeros", "repeats"):
+        lidar = Lidar(sensor=sensor, fault=fault, range_max=12.0)
+        sweeps, at_once = sweeps_of(world, lidar, 0), InstantLidar(world, lidar, 0)
+        given = map(sweeps.take_pose if sweeps else at_once.scan, map(driving, stamps[:: 1 if sweeps else 5]))
+        scans[fault] = [scan for scan in given if scan is not None]
+    sound, flat, zeros, again = (each[1] for each in scans.values())
+    instants = sound.stamp + sound.time_increment * np.arange(len(sound.ranges))
+    angles = abs(np.sin(2.5 * instants + sound.angles))
+    open_now = np.isinf(flat.ranges) & np.isfinite(sound.ranges)
+    assert open_now.sum() > 10
+    assert angles[open_now].max() < 0.2
+    np.testing.assert_array_equal(zeros.ranges, np.where(np.isfinite(sound.ranges), sound.ranges, 0.0))
+    kept = [scan.ranges.tobytes() for scan in scans["repeats"]]
+    assert len(set(kept)) < 0.8 * len(kept)
+    assert len({scan.stamp for scan in scans["repeats"]}) == len(kept)
+    assert again.stamp == sound.stamp
 
 
 def test_low_cost_is_the_shipped_record():

@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from collplan_core.calibration.mocap_offset import body_offset, mean_pose
+from collplan_core.calibration.mocap_offset import body_offset
 from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.calibration.stroke_fit import AxesFit, Stroke, fit_axes
 from collplan_core.calibration.turn_fit import FittedTurn, TurnFit, fit_turns
 from collplan_core.parameters import Mocap
+from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose, with_offset
 from collplan_core.sensing.pose_filter import PoseError, PoseSample
 
@@ -24,20 +25,14 @@ short = st.floats(-0.2, 0.2)
 
 @given(short, short, st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
 def test_the_offset_puts_the_body_where_it_is_seen(lever_x, lever_y, turn, heading):
-    offset = body_offset(AxesFit(turn, 0.01, 1.0, False), TurnFit(np.array([lever_x, lever_y]), 1e-3, 1.0, 0.0))
+    offset = body_offset(AxesFit(turn, 0.01, 1.0, False), TurnFit(np.array([lever_x, lever_y]), 1e-3))
     body = with_offset(PoseSample(0.0, np.zeros(2), heading), offset.x, offset.y, offset.yaw)
     lever = complex(lever_x, lever_y) * np.exp(1j * body.yaw)
     np.testing.assert_allclose(body.position, [lever.real, lever.imag], atol=1e-12)
     assert abs(math.remainder(body.yaw + turn - heading, math.tau)) < 1e-12
     # an uncertain heading makes the position on the robot uncertain
-    offset = body_offset(AxesFit(0.0, 0.01, 1.0, False), TurnFit(np.array([0.3, 0.4]), 0.012, 1.0, 0.0))
+    offset = body_offset(AxesFit(0.0, 0.01, 1.0, False), TurnFit(np.array([0.3, 0.4]), 0.012))
     assert (offset.position_uncertainty, offset.yaw_uncertainty) == pytest.approx((0.013, 0.01))
-
-
-def test_mean_pose_across_the_back():
-    mean = mean_pose([PoseSample(0.0, np.zeros(2), math.pi - 0.1), PoseSample(1.0, np.ones(2), -math.pi + 0.1)])
-    assert abs(mean.yaw) == pytest.approx(math.pi)
-    assert (mean.stamp, mean.position.tolist()) == (1.0, [0.5, 0.5])
 
 
 def test_quality_of_a_stream():
@@ -122,20 +117,19 @@ short_turn = st.complex_numbers(max_magnitude=0.2, allow_nan=False)
 BOTH_WAYS = (1.0, 1.0, -1.0, -1.0)
 
 
-def turned(rate, lever, *, drift=0.0, bias=0.0, share=1.0, heading=0.3, walk=None, noise=None):
+def turned(rate, lever, *, drift=0.0, bias=0.0, heading=0.3, walk=None, noise=None):
     """A turn of a robot at `heading`; drift in the room and bias in the body's frame [m/s], as complex numbers."""
     duration = 3.3
     times = 0.01 * np.arange(1, round(100 * duration) + 1)
-    yaws = heading + share * rate * times
-    centres = drift * times + bias * np.exp(1j * yaws) / (1j * share * rate * (1.0 + 1j * share * rate * LAG))
+    yaws = heading + rate * times
+    centres = drift * times + bias * np.exp(1j * yaws) / (1j * rate * (1.0 + 1j * rate * LAG))
     centres = centres + (0.0 if walk is None else walk(len(times)))
     seen = centres + lever * np.exp(1j * yaws) + (0.0 if noise is None else noise(len(times)))
     poses = [
         PoseSample(t, np.array([z.real, z.imag]), math.remainder(yaw, math.tau))
         for t, z, yaw in zip(times.tolist(), seen.tolist(), yaws.tolist(), strict=True)
     ]
-    before = PoseSample(0.0, poses[0].position, heading)
-    return FittedTurn(rate, duration, before, poses, poses[-1])
+    return FittedTurn(rate, poses)
 
 
 def complex_lever(fit):
@@ -148,16 +142,9 @@ def test_the_lever_is_found_exactly_in_spite_of_both_biases(lever, drift, bias, 
     assert abs(complex_lever(fit_turns(turns, LAG)) - lever) < 1e-6
 
 
-def test_the_share_of_the_angle_is_found_also_of_a_robot_that_is_late_one_turn_has_no_spread_a_short_one_no_lever():
-    for share in [0.9, 1.0, 1.2, -1.0, 0.0]:
-        fit = fit_turns([turned(way, 0.04, share=share or 1e-6) for way in BOTH_WAYS], LAG)
-        assert fit.share == pytest.approx(share, abs=1e-5), share
-        assert fit.share_uncertainty < 1e-6, share
+def test_a_short_turn_tells_no_lever():
     turn = turned(1.0, 0.04)
-    late = [PoseSample(p.stamp, p.position, p.yaw - 0.1) for p in turn.poses]
-    assert fit_turns([replace(turn, poses=late)], LAG).share == pytest.approx(1.0)
-    assert fit_turns([turn], LAG).share_uncertainty == math.inf
-    assert fit_turns([replace(turn, duration=0.35, poses=turn.poses[:35])], LAG).uncertainty == math.inf
+    assert fit_turns([replace(turn, poses=turn.poses[:35])], LAG).uncertainty == math.inf
 
 
 def test_the_uncertainty_of_a_lever_is_that_of_many_fits():
@@ -219,6 +206,13 @@ def test_what_a_motion_capture_measures_of_a_robot_is_undone(x, y, yaw, ahead, l
     found = robot_pose(seen, 0.0, mocap)
     np.testing.assert_allclose(found.position, [x, y], atol=1e-9)
     assert same_angle(found.yaw, yaw)
+
+
+def test_a_tilted_floor_is_no_height():
+    uphill = measured((1.0, -2.0, 0.1 + math.tan(0.05) + 2.0 * math.tan(0.02)))
+    assert robot_pose(uphill, 0.0, Mocap(floor_tilt=(0.05, -0.02))).height == pytest.approx(0.1)
+    with pytest.raises(ParameterError, match="two slopes"):
+        Mocap(floor_tilt=(0.05,))
 
 
 def test_lost_bodies_stay_lost_in_any_axes():

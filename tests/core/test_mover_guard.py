@@ -156,6 +156,7 @@ def test_what_no_scan_had_in_view_is_entered_slowly_by_avoid_alone_and_by_all_wh
         sent = kept_off(behind, state, NO_MOVERS, placed, settings)
         assert (float(np.hypot(*sent.velocity)) <= 0.2) == slow, (degrees, strategy, sent)
         assert ("does not see" in sent.reason) == slow
+        assert ("the LIDAR sees 270 of 360 degrees, controller.turns_to_look is false" in sent.reason) == slow
         ahead = replace(behind, velocity=np.array([0.5, 0.0]))
         assert emerging or kept_off(ahead, state, NO_MOVERS, placed, settings) is ahead
         by_hand = replace(behind, maneuver=HAND)

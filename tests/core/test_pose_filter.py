@@ -528,12 +528,14 @@ def test_stamps_of_receipt_give_no_speed_and_no_impact_that_the_robot_cannot_hav
     assert silent or len(speeds) == pytest.approx(len(RECEIPTS[name]), rel=0.01)
 
 
-@pytest.mark.parametrize("n", [2, 3, 4])
-def test_a_hit_is_found_in_bursts_too_once_and_where_it_was(n):
+@pytest.mark.parametrize(("n", "rate"), [(2, 0.0), (3, 0.0), (4, 0.0), (5, 100.0), (8, 100.0)])
+def test_a_hit_is_found_in_bursts_too_once_and_where_it_was(n, rate):
+    """From 50 ms on with even stamps alone."""
     points = np.concatenate([line(1500, (0.6, 0.1)), line(1500, (-0.4, 0.1), (9.0, 1.5))])
-    memory, impacts = FRESH, []
+    memory, stamp, impacts = FRESH, math.nan, []
     for received, point in zip(bursts(n).tolist(), noisy(points, 5, 0.0005), strict=True):
-        result, memory = filter_pose(memory, PoseSample(received, point, 0.0), received, SETTINGS)
+        stamp = even_stamp(stamp, received, 1.0 / rate) if rate else received
+        result, memory = filter_pose(memory, PoseSample(stamp, point, 0.0), received, SETTINGS)
         impacts += [] if result.impact is None else [result.impact]
     (impact,) = impacts
     np.testing.assert_allclose(impact.change, (-1.0, 0.0), atol=0.2)

@@ -15,7 +15,7 @@ from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.nodes.base_node import BaseNode
-from collplan_ros.nodes.touch_input import why_unlike_imu
+from collplan_ros.nodes.touch_input import why_other_unit, why_unlike_imu
 
 
 def state_now(ros) -> State:
@@ -113,6 +113,22 @@ def test_an_imu_is_told_by_its_gravity(rest, said):
     rows[7] = 60.0, 0.0, 9.8
     assert said in why_unlike_imu(rows)
     assert bool(why_unlike_imu(rows)) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [(1.0, ""), (1 / 9.81, "it reads 0.099 of the accelerations that the poses show, in g?"), (0.0, "0 of")],
+)
+def test_an_imu_without_gravity_is_told_by_the_velocities(unit, said):
+    times = np.arange(300) * 0.01
+    speeds = np.column_stack([0.4 * np.sin(3.0 * times), np.minimum(times, 0.5)])
+    noise = np.random.default_rng(2).normal(0.0, 0.3, speeds.shape)
+    read = unit * (np.gradient(speeds, times, axis=0) + noise + 0.2)  # 0.2: the floor is not level
+    rows = np.column_stack([times, read, np.roll(speeds, 3, axis=0)])  # poses come 0.03 s late
+    rows[5, 1] = np.inf
+    assert said in why_other_unit(rows)
+    assert bool(why_other_unit(rows)) == bool(said)
+    assert why_other_unit(np.column_stack([times, read, np.full((300, 2), 0.5)])) == ""
 
 
 def test_messages_that_are_not_installed_are_named(ros):

@@ -145,7 +145,7 @@ def test_what_a_robot_at_rest_does_not_show_is_not_written_and_a_line_says_what_
     path = write_bag(tmp_path, "mcap", driven(drawn_mount(1)._replace(late=0.0), Drive(moves=False), duration=6.0))
     (given := tmp_path / "base.yaml").write_text("/**: {ros__parameters: {robot: {radius: 0.15}}}")
     main([str(path), "--params", str(given), "--out", str(tmp_path)])
-    wiring = {"mocap.format", "mocap.topic", "mocap.frame", "scan.frame"}
+    wiring = {"mocap.format", "mocap.topic", "mocap.frame", "mocap.axes", "scan.frame"}
     assert set(read_parameters(tmp_path / "found.yaml")) == {*wiring, "robot.radius"}
     assert "scan.offset_yaw" in json.loads((tmp_path / "inspect.json").read_text())["missing"]
     assert "turn once at about 1 rad/s" in capsys.readouterr().out

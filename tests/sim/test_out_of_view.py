@@ -39,6 +39,7 @@ def test_one_that_does_not_turn_drives_slowly_where_it_has_not_looked():
     farthest_back = (places <= np.minimum.accumulate(places)) & (places < ROOM.start[0] - 0.03)
     assert -np.gradient(places, times)[farthest_back].min(initial=0.0) < 0.2
     assert hardest <= 0.13
+    assert "sees 180 of 360 degrees, controller.turns_to_look is false" in result.reason
 
 
 class Posts(TrialNodes):

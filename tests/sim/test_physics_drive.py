@@ -118,6 +118,20 @@ def test_measured_poses_scatter_about_the_truth():
         assert errors.std() == pytest.approx(0.05, rel=4 / np.sqrt(8000))
 
 
+def test_a_tilted_floor_is_a_plane_in_the_axes_and_seen_from_above():
+    sim = Simulator(OPEN, noisy(noise=0.0, floor_tilt=(0.05, -0.02)), 0)
+    rows = []
+    for x, y, yaw in ((0.0, 0.0, 0.3), (1.0, 0.0, 2.0), (0.0, 1.0, -1.0), (0.7, 1.1, 0.0)):
+        sim.place(np.array([x, y]), yaw=yaw)
+        pose = sim.measured_pose()
+        rows.append((x, y, *pose.position, pose.height, pose.yaw - yaw, pose.tilt))
+    x, y, seen_x, seen_y, height, turned, tilt = np.array(rows).T
+    np.testing.assert_allclose(np.hypot(np.hypot(seen_x, seen_y), height), np.hypot(x, y), atol=1e-12)
+    np.testing.assert_allclose(height, np.tan(0.05) * seen_x - np.tan(0.02) * seen_y, atol=1e-12)
+    assert abs(turned).max() < 0.002
+    np.testing.assert_allclose(np.tan(tilt), np.hypot(np.tan(0.05), np.tan(0.02)))
+
+
 def test_strategies_meet_the_same_noise():
     """Whatever is measured or commanded before, the errors at one time are the same."""
     a, b = (Simulator(OPEN, noisy(), 5) for _ in range(2))

@@ -85,3 +85,16 @@ def test_the_ideal_lidar_is_cast_from_the_measured_pose_at_once(heard):
         ideal = simulate_scan(load_world("corridor"), poses[scan.stamp], SETTINGS.lidar)
         assert scan.ranges.tobytes() == ideal.ranges.tobytes()
         assert scan.time_increment == 0.0
+
+
+def test_poses_in_bursts_are_stamped_at_receipt_and_repeated_ones_renewed_each_tenth_of_a_second(heard):
+    """Both drive on: a burst is one pose of a velocity window, and a value that is repeated no new one."""
+    for fault, joined in (("bursts", True), ("repeats", False)):
+        heard.poses.clear()
+        run(**{"simulator.mocap_fault": fault, "trial.timeout": 1.5})
+        poses = [state for loop, state, _ in heard.poses if loop is ControllerLoop]
+        gaps = np.diff([state.stamp for state in poses])
+        assert gaps.max() > 0.045, fault
+        assert ((gaps < 0.001).mean() > 0.5) == joined, fault
+        assert max(np.hypot(*state.velocity) for state in poses) < 1.2 * SETTINGS.robot.max_speed, fault
+        assert np.hypot(*(poses[-1].position - poses[0].position)) > 0.1, fault

@@ -15,6 +15,7 @@ from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor, driv
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.closed_loop import ClosedLoop
 from collplan_core.loop.decisions import Cycle, Decision
+from collplan_core.loop.mover_guard import OUT_OF_VIEW
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory, map_period_of
 from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal
@@ -23,10 +24,12 @@ from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.sensing.scan_filters import in_time
 from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world, world_text
+from omnipuck_sim.robot.noise import BURSTS, TOLERANCE, added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
@@ -86,9 +89,10 @@ class TrialNodes:
         self._journals, self._filter_memory = journals, pose_filter.FRESH
         both = journals.planner, journals.controller
         self.loop = ClosedLoop(settings, self._hear, _deadline, first_memory(settings, world), both)
-        self._monitor = RunMonitor(settings.trial, self.simulator.time)
+        self._monitor, self._hindered = RunMonitor(settings.trial, self.simulator.time), ""
         self._state: State | None = None
         self.measured: deque[PoseSample] = deque()
+        self._last: PoseSample | None = None
         self._movers = MoverHistory()
         self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed, self._movers)
         self._instant = InstantLidar(world, settings.lidar, seed, self._movers)
@@ -113,7 +117,8 @@ class TrialNodes:
             self._movers.add(self.simulator.time, self.simulator.movers[:, [0, 1, 4]])
 
     def measure(self) -> None:
-        self.measured.append(self.simulator.measured_pose())
+        self._last = faulty(self.simulator.measured_pose(), self.settings.simulator.mocap_fault, self._last)
+        self.measured.append(self._last)
 
     def filtered(self, sample: PoseSample) -> pose_filter.FilterResult:
         now = self.simulator.time
@@ -122,8 +127,16 @@ class TrialNodes:
         return result
 
     def mocap(self) -> None:
-        now, sample = self.simulator.time, self.measured.popleft()
-        result = self.filtered(sample)
+        simulation = self.settings.simulator
+        if simulation.mocap_fault != BURSTS:
+            self._take_sample(self.measured.popleft())
+            return
+        sent = self.simulator.time - simulation.mocap_latency + TOLERANCE
+        while self.measured and self.measured[0].stamp <= sent:
+            self._take_sample(self.measured.popleft())
+
+    def _take_sample(self, sample: PoseSample) -> None:
+        now, result = self.simulator.time, self.filtered(sample)
         if result.refused:
             self.loop.refuse_pose(result.refused)
         if result.kidnapped:
@@ -146,6 +159,8 @@ class TrialNodes:
         self.simulator.command(command.velocity, command.yaw_rate)
         self.record.commanded(command, self.simulator.time)
         self._monitor.commanded(command.maneuver)
+        if OUT_OF_VIEW in command.reason:
+            self._hindered = command.reason
         self._journals.controller.end_cycle()
 
     def outcome(self) -> str | None:
@@ -157,8 +172,8 @@ class TrialNodes:
 
     @property
     def reason(self) -> str:
-        """Reason why the goal was given up, or why the run is over."""
-        said = filter(None, (self._monitor.reason, self.loop.planner.trouble))
+        """Reason why the goal was given up, or why the run is over; and what was last not entered for want of view."""
+        said = filter(None, (self._monitor.reason, self.loop.planner.trouble, self._hindered))
         return "; ".join(said) + drive_noise_hint(self.settings)
 
     @property
@@ -167,7 +182,7 @@ class TrialNodes:
         return self.simulator.time if self._state is None else self._state.stamp
 
     def _take_scan(self, scan: Scan) -> None:
-        self.loop.take_scan(scan, self.simulator.time)
+        self.loop.take_scan(in_time(scan, self.settings.scan), self.simulator.time)
 
     def _hear(self, decision: Decision, local: float) -> None:
         if isinstance(decision, Cycle):
@@ -244,7 +259,8 @@ def _run(nodes: TrialNodes) -> str:
     settings, simulator, record = nodes.settings, nodes.simulator, nodes.record
     rate = settings.simulator.physics_rate
     measuring, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
-    mocap = _Timer(settings.simulator.mocap_rate, rate, settings.simulator.mocap_latency)
+    latency = settings.simulator.mocap_latency + added_latency(settings.simulator.mocap_fault, 0.0)
+    mocap = _Timer(settings.simulator.mocap_rate, rate, latency)
     planner = _Timer(1.0 / map_period_of(settings.planner), rate, PLANNER_PHASE)
     controller = _Timer(settings.controller.rate, rate, CONTROLLER_PHASE)
     timers = (measuring, mocap, lidar, planner, controller)

@@ -30,37 +30,23 @@ SHORTEST_LAG = 0.01
 
 @dataclass(frozen=True, eq=False)
 class FittedTurn:
-    """A turn in place from rest to rest; poses of the body, map frame.
-
-    Attributes:
-        yaw_rate: commanded, positive to the left [rad/s].
-        duration: time for which it was commanded [s].
-        before, after: poses at rest before and after it.
-        poses: poses while it was commanded, in order.
-    """
+    """A turn in place, to the left where `yaw_rate` is positive [rad/s], and poses of the body in it, map frame."""
 
     yaw_rate: float
-    duration: float
-    before: PoseSample
     poses: Sequence[PoseSample]
-    after: PoseSample
 
 
 @dataclass(frozen=True, eq=False)
 class TurnFit:
-    """Constants of the body and the wheels, fitted from turns.
+    """Place of the body, fitted from turns.
 
     Attributes:
         lever: (2,) the body's origin seen from the point it turns about, in the body's own frame [m].
         uncertainty: standard deviation of the lever by axis [m]; inf where the turns do not determine it.
-        share: ratio of measured to commanded angle.
-        share_uncertainty: standard deviation of the share; inf for a single turn.
     """
 
     lever: np.ndarray
     uncertainty: float
-    share: float
-    share_uncertainty: float
 
 
 def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
@@ -71,27 +57,14 @@ def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
             separate the wheels' bias from the lever.
         lag: time constant with which the robot follows its commands [s].
     """
-    lever, uncertainty = _fit_lever(turns, max(lag, SHORTEST_LAG))
-    angles = np.array([_angle(turn) * np.sign(turn.yaw_rate) for turn in turns])
-    asked = np.array([abs(turn.yaw_rate) * turn.duration for turn in turns])
-    spread = float(np.std(angles / asked, ddof=1)) / np.sqrt(len(turns)) if len(turns) > 1 else np.inf
-    return TurnFit(lever, uncertainty, float(angles.sum() / asked.sum()), float(spread))
-
-
-def _angle(turn: FittedTurn) -> float:
-    """Turned angle from rest to rest [rad]: lag at the start is made up for after the end."""
-    yaws = np.unwrap([turn.before.yaw, *(pose.yaw for pose in turn.poses), turn.after.yaw])
-    return float(yaws[-1] - yaws[0])
-
-
-def _fit_lever(turns: Sequence[FittedTurn], lag: float) -> tuple[np.ndarray, float]:
+    lag = max(lag, SHORTEST_LAG)
     steps = [[np.diff(values, axis=0) for values in _windows(turn, lag)] for turn in turns]
     columns, side = (np.concatenate(parts) for parts in zip(*steps, strict=True))
     # without turns both ways bias and lever are one
     both_ways = len({turn.yaw_rate > 0.0 for turn in turns}) > 1
     matrix = columns if both_ways else columns[:, [0, 2]]
     found, _, deviations = solved(matrix, side)
-    return np.array([found[0].real, found[0].imag]), float(np.sqrt(AVERAGED) * deviations[0])
+    return TurnFit(np.array([found[0].real, found[0].imag]), float(np.sqrt(AVERAGED) * deviations[0]))
 
 
 def _windows(turn: FittedTurn, lag: float) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,8 @@ Commands must come at 4 Hz or more.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -104,8 +105,7 @@ class MotionVerdict:
     reason: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class MotionRecord:
+class MotionRecord(NamedTuple):
     """Recent commands and measured motion, times on the local clock.
 
     Attributes:
@@ -119,18 +119,18 @@ class MotionRecord:
             the last judgement made none.
     """
 
-    commands: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    motion: np.ndarray = field(default_factory=lambda: np.zeros((0, 7)))
+    commands: np.ndarray = np.zeros((0, 3))
+    motion: np.ndarray = np.zeros((0, 7))
     free_since: float = -math.inf
     quickest: float = math.inf
-    learnt: np.ndarray = field(default_factory=lambda: np.zeros(len(DELAYS)))
+    learnt: np.ndarray = np.zeros(len(DELAYS))
     delay: float = math.nan
     advantage: float = 0.0
 
 
 def restart(record: MotionRecord) -> MotionRecord:
     """The record after a break in the poses: it keeps what was learnt, and drops the motion."""
-    return replace(MotionRecord(), learnt=record.learnt, delay=record.delay)
+    return MotionRecord(learnt=record.learnt, delay=record.delay)
 
 
 def add_pose(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
@@ -140,12 +140,12 @@ def add_pose(record: MotionRecord, state: State, local: float, touching: bool) -
     quickest = min(record.quickest + DRIFT * since, local - state.stamp)
     free_since = max(record.free_since, local + SETTLE) if touching else record.free_since
     motion = with_row(record.motion, row, _KEPT, 0)
-    return replace(record, motion=motion, free_since=free_since, quickest=quickest)
+    return record._replace(motion=motion, free_since=free_since, quickest=quickest)
 
 
 def ignore_until(record: MotionRecord, until: float) -> MotionRecord:
     """The record of a robot that something other than its wheels may move until a time [s]."""
-    return replace(record, free_since=max(record.free_since, until))
+    return record._replace(free_since=max(record.free_since, until))
 
 
 def add_command(record: MotionRecord, velocity: np.ndarray, local: float) -> MotionRecord:
@@ -153,7 +153,7 @@ def add_command(record: MotionRecord, velocity: np.ndarray, local: float) -> Mot
     if len(record.commands) and local - record.commands[-1, 0] > _OWN_STALL:
         record = restart(record)
     row = np.array((local, *velocity.tolist()))
-    return replace(record, commands=with_row(record.commands, row, _KEPT, 0))
+    return record._replace(commands=with_row(record.commands, row, _KEPT, 0))
 
 
 def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[MotionVerdict, MotionRecord]:
@@ -173,7 +173,7 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
         return MotionVerdict(STUCK, record.delay, why_stuck), ignore_until(record, now + UNSEEN)
     begin, velocities = _window(motion, record.free_since, settings.mocap.velocity_window, now)
     if len(velocities) == 0:
-        return MotionVerdict(OK, record.delay), replace(record, advantage=0.0)
+        return MotionVerdict(OK, record.delay), record._replace(advantage=0.0)
     return _compared(record, begin, velocities, settings)
 
 
@@ -255,7 +255,7 @@ def _compared(
     follows = float(plain[too_late].min()) < max(LATE_MISFIT, FOLLOWS * float(now[in_time].min()))
     is_clear = float(uncertain[in_time].min() - uncertain[too_late].min()) > LATE_ANYHOW
     before, advantage = record.advantage, normal - float(by_delay[too_late].min())
-    record = replace(record, advantage=advantage)
+    record = record._replace(advantage=advantage)
     if follows and is_clear and before > 0.0 and advantage > LATE_ADVANTAGE:
         measured = float(DELAYS[too_late][int(by_delay[too_late].argmin())])
         return _late(record, measured, limit, "motion comes after its command by"), record
@@ -295,4 +295,4 @@ def _update_delay_costs(record: MotionRecord, misfit: np.ndarray) -> MotionRecor
     delay = record.delay
     if by_delay[abs(DELAYS - DELAYS[best]) >= 0.1].min() - by_delay[best] > CLEAR:
         delay = float(DELAYS[best]) if math.isnan(delay) else delay + SMOOTHED * (float(DELAYS[best]) - delay)
-    return replace(record, learnt=learnt, delay=delay)
+    return record._replace(learnt=learnt, delay=delay)

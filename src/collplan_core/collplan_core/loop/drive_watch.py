@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from collplan_core.command import STOPPED, Command
+from collplan_core.control.base_faults import BaseFaults
 from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STUCK
-from collplan_core.control.steady_motion import SteadyMotion
 from collplan_core.learning.drive import DRIVE, Drive, LearntDrive, drive_in_use, drive_of
 from collplan_core.learning.drive_learner import DriveLearner
 from collplan_core.parameters import Settings
@@ -32,7 +32,7 @@ class DriveWatch:
 
     Attributes:
         in_use: the drive that planner and controller use; None is that of the parameters.
-        steady: what steady motion shows of the base, also where nothing is learnt.
+        faults: what motion shows of the base, also where nothing is learnt.
         learnt: the drive learnt up to the newest command; None where nothing is learnt, or not enough to be used.
     """
 
@@ -41,13 +41,13 @@ class DriveWatch:
         self._settings, self._learner = settings, _learner(settings)
         self.in_use: Drive | None = None if self._learner is None else self._learner.belief
         self.learnt: LearntDrive | None = None
-        self.steady = SteadyMotion()
+        self.faults = BaseFaults(settings.robot)
         self._newest = -math.inf
 
     def take_pose(self, state: State, joins: bool, pushed: bool) -> None:
         """Takes a pose: whether it joins the one before, and whether something else than the wheels may push."""
         self._newest = state.stamp
-        self.steady.take_pose(state, joins and not pushed)
+        self.faults.take_pose(state, joins and not pushed)
         if self._learner is None:
             return
         if not joins:
@@ -74,7 +74,7 @@ class DriveWatch:
             robot_stands: why the robot does not follow commands; "" where it does.
         """
         if now is not None:
-            self.steady.take_command(command.velocity, now)
+            self.faults.take_command(command.velocity, now)
         if self._learner is None or now is None:
             return False
         self._learner.take_command(command.velocity, now)

@@ -58,8 +58,16 @@ def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan 
     if share == 1.0:
         return command
     away = _nearest(reached[row : row + 1], state, settings.robot.radius)
-    what = "a mover" if row < len(movers) else OUT_OF_VIEW
-    return replace(sent, reason=f"keeps off {what} {away:.1f} m away")
+    what, why = ("a mover", "") if row < len(movers) else (OUT_OF_VIEW, _why_unseen(placed, settings))
+    return replace(sent, reason=f"keeps off {what} {away:.1f} m away{why}")
+
+
+def _why_unseen(placed: PlacedScan | None, settings: Settings) -> str:
+    """Part of a reason where the LIDAR does not see all around, and nothing turns it; else empty."""
+    blind = 0.0 if placed is None else placed.local_map.unseen.blind
+    if blind == 0.0 or settings.controller.turns_to_look:
+        return ""
+    return f": the LIDAR sees {360.0 - math.degrees(blind):.0f} of 360 degrees, controller.turns_to_look is false"
 
 
 def _reached(movers: Movers, placed: PlacedScan | None, now: float, settings: Settings, freely: float) -> np.ndarray:

@@ -30,6 +30,8 @@ UNKNOWN, SOLID, FREE = 0, 1, 2
 """Kinds of a cell: no scan saw it, at what a beam met or just behind, seen to be free."""
 BEHIND = 1.5
 """What a beam met reaches so many cells deep: nothing comes out of a wall."""
+BLOCK = 6
+"""Cells along each side of a block: all behind walls together, most of them need not be looked at one by one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,13 +58,17 @@ def with_view(before: Coverage | None, seen: SeenSurfaces, state: State, radius:
         state: the robot at its stamp.
         radius: radius of the robot, which stands on what is free [m].
     """
-    gaps, wide = gaps_between(seen.kind != UNSEEN, seen.sweep.step)
-    if before is not None and len(wide) == 0 and math.dist(state.position, before.last) < 2.0 * CELL:
-        return before, ALL_SEEN
+    measured = seen.kind != UNSEEN
+    enough = before if before is not None and math.dist(state.position, before.last) < 2.0 * CELL else None
+    if enough is not None and seen.sweep.closed and measured.all():
+        return enough, ALL_SEEN
+    gaps, wide = gaps_between(measured, seen.sweep.step)
+    if enough is not None and len(wide) == 0:
+        return enough, ALL_SEEN
     cells, first = _around(before, state.position)
     beams = (seen.origins if len(seen.origins) else np.zeros((len(seen.kind), 3))) + np.array([*state.position, 0.0])
-    out = np.zeros(cells.shape, bool)
-    _see(cells, out, first, beams, seen.distance, gaps, seen.sweep.first, seen.sweep.step, (*state.position, radius))
+    pairs, robot = np.cumsum(measured) - 1, (*state.position, radius)
+    out = _see(cells, first, beams, seen.distance, gaps, pairs, len(wide) == 0, *seen.sweep[:2], robot)
     coverage = Coverage(cells, first, state.position)
     if len(wide) == 0:
         return coverage, ALL_SEEN
@@ -115,40 +121,73 @@ def _around(before: Coverage | None, position: np.ndarray) -> tuple[np.ndarray, 
 
 
 @njit
+def _is_behind(
+    x: float, y: float, beams: np.ndarray, ranges: np.ndarray, bearing: float, step: float, spread: np.ndarray
+) -> bool:
+    """Returns whether a block around a point is behind what every beam near to it met; `spread` is of `_spread`."""
+    off, turn, more = spread
+    away, size = math.hypot(x - beams[0, 0], y - beams[0, 1]) - off, CELL * BLOCK * math.sqrt(0.5)
+    if away <= size + 2.0 * off:
+        return False
+    around = (math.asin((size + 2.0 * off) / away) + turn) / step + more
+    place, farthest = place_towards(x, y, beams, bearing, step, 0), 0.0
+    for k in range(int(place - around), int(place + around) + 1):
+        farthest = max(farthest, ranges[k % len(ranges)])
+    return farthest < away - size - BEHIND * CELL
+
+
+@njit
+def _spread(beams: np.ndarray, gaps: np.ndarray, step: float) -> np.ndarray:
+    """How far the beams begin apart [m], how much they turn [rad], and how far off a pair may be [beams]."""
+    off, turn = np.hypot(beams[:, 0] - beams[0, 0], beams[:, 1] - beams[0, 1]).max(), np.ptp(beams[:, 2])
+    return np.array([off, turn, (gaps[:, 1] - gaps[:, 0]).max() + abs(2.0 * math.pi / step - len(beams)) + 2.0])
+
+
+@njit
 def _see(  # noqa: PLR0913
     cells: np.ndarray,
-    out: np.ndarray,
     first: np.ndarray,
     beams: np.ndarray,
     ranges: np.ndarray,
     gaps: np.ndarray,
+    pairs: np.ndarray,
+    all_round: bool,
     bearing: float,
     step: float,
     robot: tuple[float, float, float],
-) -> None:
-    """Notes what a scan sees in the cells, and which of them it has out of view."""
+) -> np.ndarray:
+    """Notes what a scan sees in the cells, and returns which of those not known to be free it has out of view."""
     x, y, radius = robot
-    n, reach, starts = len(beams), int(REACH / CELL), gaps[:, 0].copy()
-    mi, mj = int(round(x / CELL)), int(round(y / CELL))
-    for i in range(mi - reach, mi + reach + 1):
-        for j in range(mj - reach, mj + reach + 1):
-            away = math.hypot(i * CELL - x, j * CELL - y)
-            a, b = i - first[0], j - first[1]
-            if away < radius:
-                cells[a, b] = FREE
-            if away > REACH:
+    n, reach, out, spread = len(beams), int(REACH / CELL), np.zeros(cells.shape, np.bool_), _spread(beams, gaps, step)
+    i0, j0 = int(round(x / CELL)) - reach, int(round(y / CELL)) - reach
+    for i in range(i0, i0 + 2 * reach + 1, BLOCK):
+        for j in range(j0, j0 + 2 * reach + 1, BLOCK):
+            u, v = CELL * (i + 0.5 * (BLOCK - 1)), CELL * (j + 0.5 * (BLOCK - 1))
+            beside = math.hypot(u - x, v - y) > radius + CELL * BLOCK
+            if all_round and beside and _is_behind(u, v, beams, ranges, bearing, step, spread):
                 continue
-            place = place_towards(i * CELL, j * CELL, beams, bearing, step, 0)
-            k = np.searchsorted(starts, place, side="right") - 1
-            if k < 0:
-                k, place = len(gaps) - 1, place + 2.0 * math.pi / step
-            before, after = int(gaps[k, 0]), int(gaps[(k + 1) % len(gaps), 0])
-            nearest = min(before if place - gaps[k, 0] < gaps[k, 1] - place else after, n - 1)
-            away = math.hypot(i * CELL - beams[nearest, 0], j * CELL - beams[nearest, 1])
-            apart = gaps[k, 1] - gaps[k, 0]
-            if apart > NEXT and apart * step * away > NARROW:
-                out[a, b] = True
-            elif away <= min(ranges[before], ranges[after]):
-                cells[a, b] = FREE
-            elif away <= max(ranges[before], ranges[after]) + BEHIND * CELL:
-                cells[a, b] = max(cells[a, b], SOLID)
+            for a in range(i, min(i + BLOCK, i0 + 2 * reach + 1)):
+                for b in range(j, min(j + BLOCK, j0 + 2 * reach + 1)):
+                    row, column = a - first[0], b - first[1]
+                    if cells[row, column] == FREE:
+                        continue
+                    away = math.hypot(a * CELL - x, b * CELL - y)
+                    if away < radius:
+                        cells[row, column] = FREE
+                    if away > REACH:
+                        continue
+                    place = place_towards(a * CELL, b * CELL, beams, bearing, step, 0)
+                    k = pairs[min(int(place), n - 1)]
+                    if k < 0:
+                        k, place = len(gaps) - 1, place + 2.0 * math.pi / step
+                    before, after = int(gaps[k, 0]), int(gaps[(k + 1) % len(gaps), 0])
+                    nearest = min(before if place - gaps[k, 0] < gaps[k, 1] - place else after, n - 1)
+                    away = math.hypot(a * CELL - beams[nearest, 0], b * CELL - beams[nearest, 1])
+                    apart = gaps[k, 1] - gaps[k, 0]
+                    if apart > NEXT and apart * step * away > NARROW:
+                        out[row, column] = True
+                    elif away <= min(ranges[before], ranges[after]):
+                        cells[row, column] = FREE
+                    elif away <= max(ranges[before], ranges[after]) + BEHIND * CELL:
+                        cells[row, column] = max(cells[row, column], SOLID)
+    return out

@@ -117,7 +117,7 @@ def _compared(
     for earlier in _of_ages(views, view.stamp, (*AGES, finding.standing_time)):
         old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
         in_place = IN_PLACE if old else 0.0
-        moved, stands = look_at_each(earlier, view.hits, looked, moved, stands, finding.margin, in_place)
+        look_at_each(earlier, view.hits, looked, moved, stands, finding.margin, in_place)
     return moved & ~stands, stands
 
 

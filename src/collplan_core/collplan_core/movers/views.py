@@ -60,18 +60,32 @@ class View(NamedTuple):
 def view_of(scan: Scan, noise: float, seen: SeenSurfaces, position: np.ndarray) -> View:
     """The view of a scan, from it and its noise [m], its surfaces, and the robot's position (2,) at its stamp [m]."""
     n, swept = len(seen.kind), len(seen.origins) > 0 and bool(np.ptp(seen.origins[:, :2], axis=0).any())
-    beams = (seen.origins if len(seen.origins) else np.zeros((n, 3))) + np.array([*position, 0.0])
-    is_hit, is_open, ends = seen.kind == HIT, seen.kind == OPEN, beams[:, :2]
-    closed, (first, step) = seen.sweep.closed and not swept, seen.sweep[:2]
+    beams, hits, is_hit = _placed(seen.kind, seen.hits, seen.origins, *position.tolist())
+    vouches, closed, (first, step) = is_hit, seen.sweep.closed and not swept, seen.sweep[:2]
+    is_open = seen.kind == OPEN
     if is_open.any():
         is_open = _of_a_run(is_open & ~may_fade(seen), OPEN_RUN) & np.isfinite(scan.range_max)
         bearings = first + step * np.arange(n) + beams[:, 2]
         far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)[:, None]
-        ends = ends + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
-    hits = np.where(is_hit[:, None], seen.hits + position, ends)
+        ends = beams[:, :2] + far * np.column_stack([np.cos(bearings), np.sin(bearings)])
+        hits, vouches = np.where(is_hit[:, None], hits, ends), is_hit | is_open
     directions, edges = directions_of(beams, first, step), _edges_of(hits, beams, closed)
-    vouches = is_hit | is_open
     return View(seen.stamp, hits, vouches, is_hit, seen.joined, beams, first, step, closed, noise, directions, edges)
+
+
+@njit
+def _placed(
+    kind: np.ndarray, hits: np.ndarray, origins: np.ndarray, x: float, y: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Beams (n, 3), their hits (n, 2), or else where they begin, both in the world, and which of them have a hit."""
+    beams, ends, is_hit = np.zeros((len(kind), 3)), np.empty((len(kind), 2)), kind == HIT
+    beams[: len(origins)] = origins
+    for k in range(len(kind)):
+        beams[k, 0] += x
+        beams[k, 1] += y
+        ends[k, 0] = hits[k, 0] + x if is_hit[k] else beams[k, 0]
+        ends[k, 1] = hits[k, 1] + y if is_hit[k] else beams[k, 1]
+    return beams, ends, is_hit
 
 
 def _of_a_run(which: np.ndarray, shortest: int) -> np.ndarray:
@@ -187,8 +201,8 @@ def look_at_each(
     stands: np.ndarray,
     margin: float,
     in_place: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Looks at the returns of a later scan.
+) -> None:
+    """Looks at the returns of a later scan, and notes in `moved` and `stands` what is found.
 
     A return may have moved by one view and stand by another: who asks decides which counts.
 
@@ -197,17 +211,15 @@ def look_at_each(
 
     Args:
         hits: (n, 2) points met [m]; `looked` (n,) which of them are looked at.
-        moved, stands: (n,) what other views have told of them; what is true of one is not asked again.
+        moved, stands: (n,) those seen free there, and those where a surface that stands was; what is true of one is not
+            asked again.
         margin: depth in the polygon from which on a return was seen free [m].
         in_place: largest distance from a surface that is the same place [m]; with 0 none is looked for.
-
-    Returns:
-        `moved` with those seen free there, and `stands` with those where a surface that stands was.
     """
     # handed on one by one: a record that inner functions take has the references to its arrays counted at each call
     edges, vouches, surfaces, beams, directions = view.edges, view.vouches, view.stands, view.beams, view.directions
     first, step, closed, blur = view.first, view.step, view.closed, SIGMAS * view.noise
-    moved, stands, n, place = moved.copy(), stands.copy(), len(edges), 0
+    n, place = len(edges), 0
     for i in range(len(hits)):
         if not looked[i] or (moved[i] and (stands[i] or in_place == 0.0)):
             continue
@@ -227,13 +239,13 @@ def look_at_each(
             )
         if in_place > 0.0 and not stands[i]:
             stands[i] = _is_on_surface(edges, surfaces, step, closed, place, x, y, in_place)
-    return moved, stands
 
 
 def saw_free(view: View, x: float, y: float, margin: float) -> bool:
     """Returns whether a view saw a point as free, deeper than a margin [m], which grows as in `look_at_each`."""
-    one, none = np.ones(1, bool), np.zeros(1, bool)
-    return bool(look_at_each(view, np.array([[x, y]]), one, none, none, margin, 0.0)[0][0])
+    is_free = np.zeros(1, bool)
+    look_at_each(view, np.array([[x, y]]), np.ones(1, bool), is_free, np.zeros(1, bool), margin, 0.0)
+    return bool(is_free[0])
 
 
 def without_surfaces(view: View, discs: np.ndarray) -> View:

@@ -241,6 +241,7 @@ class Mocap(Parameters):
     frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
     units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
     axes: str = parameter("z_up", "Which axis points up; y-up coordinates x, y, z become x, -z, y", choices=("z_up", "y_up"))
+    floor_tilt: tuple[float, ...] = parameter((0.0, 0.0), "Slopes of the floor in these axes, z up: rise along x, and along y. Small ones are also found while driving", unit="rad", low=-0.2, high=0.2)
     body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0)
     body_offset_y: float = parameter(0.0, "The measured body's origin seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi)
@@ -252,6 +253,8 @@ class Mocap(Parameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_topic("mocap.topic", self.topic)
+        if len(self.floor_tilt) != 2:
+            raise ParameterError(f"mocap.floor_tilt: got {len(self.floor_tilt)} numbers, expected two slopes")
 
 
 @dataclass(frozen=True)
@@ -320,6 +323,9 @@ class Lidar(Parameters):
     offset_y: float = parameter(0.0, "True place of the sensor on the robot: to the left. Planner and controller use scan.offset_y", unit="m", low=-1.0, high=1.0)
     offset_yaw: float = parameter(0.0, "True heading of the sensor on the robot. Planner and controller use scan.offset_yaw", unit="rad", low=-pi, high=pi)
     mirrored: bool = parameter(False, "Its angles truly count clockwise, as of one mounted upside down. Planner and controller use scan.mirrored")
+    stamp_offset: float = parameter(0.0, "True start of the sweep after header.stamp. A message comes no sooner than its stamp; planner and controller use scan.stamp_offset", unit="s", low=-0.5, high=0.5)
+    sweep: str = parameter("forwards", "Order in which low_cost measures its beams: as in the message, the last one first, or all at the sweep's start, while the message says that it takes a turn. Planner and controller use scan.backwards and scan.instant", choices=("forwards", "backwards", "instant"))
+    fault: str = parameter("none", "Error of the ranges: flat gives +Inf where a wall is met within 10 degrees of its own direction, zeros 0 for what was not measured, and repeats, of a driver that polls, the last ranges again until 0.15 s are over", choices=("none", "flat", "zeros", "repeats"))
 
     @property
     def offset(self) -> tuple[float, float, float]:
@@ -351,10 +357,16 @@ class Simulation(Parameters):
     mocap_yaw_noise: float = parameter(0.0, "Yaw noise of a mocap pose, standard deviation, at level 1", unit="rad", low=0.0, high=0.2)
     mocap_latency: float = parameter(0.0, "Time from a pose's stamp until the motion capture sends it", unit="s", low=0.0, high=0.5)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
-    mocap_fault: str = parameter("none", "Error of the motion capture: yaw off by 90 or 180 degrees, tipped by 30 degrees, lifted by 0.2 m, poses 0.2 s late, or stamps off by an hour", choices=("none", "yaw_90", "yaw_180", "tilt", "lift", "late", "hour_ahead", "hour_back"), live=True)
+    mocap_fault: str = parameter("none", "Error of the motion capture: yaw off by 90 or 180 degrees, tipped by 30 degrees, lifted by 0.2 m, poses 0.2 s late, stamps off by an hour, bursts each 50 ms that are stamped at receipt, or each value repeated until 0.1 s are over", choices=("none", "yaw_90", "yaw_180", "tilt", "lift", "late", "hour_ahead", "hour_back", "bursts", "repeats"), live=True)
+    floor_tilt: tuple[float, ...] = parameter((0.0, 0.0), "Slopes of the floor in the motion capture's axes, which are tilted: rise along x, and along y", unit="rad", low=-0.2, high=0.2)
     marker_offset_x: float = parameter(0.0, "True place of the measured body's origin on the robot: forward", unit="m", low=-1.0, high=1.0)
     marker_offset_y: float = parameter(0.0, "True place of the measured body's origin on the robot: to the left", unit="m", low=-1.0, high=1.0)
     marker_offset_yaw: float = parameter(0.0, "True heading of the measured body on the robot", unit="rad", low=-pi, high=pi)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.floor_tilt) != 2:
+            raise ParameterError(f"simulator.floor_tilt: got {len(self.floor_tilt)} numbers, expected two slopes")
 
     @property
     def publishes_clock(self) -> bool:

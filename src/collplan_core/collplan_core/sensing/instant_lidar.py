@@ -7,6 +7,7 @@ import numpy as np
 from collplan_core.parameters import Lidar
 from collplan_core.scan import Scan
 from collplan_core.sensing.mover_history import MoverHistory
+from collplan_core.sensing.scan_faults import published, returned
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
@@ -21,18 +22,23 @@ class InstantLidar:
     def __init__(self, world: World, lidar: Lidar, seed: int, movers: MoverHistory | None = None) -> None:
         """Equal poses, movers and seeds give equal scans."""
         self._world, self._lidar, self._movers = world, lidar, movers or MoverHistory()
+        self._last: Scan | None = None
         self._random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM,)))
 
     def scan(self, state: State) -> Scan:
-        """The scan from a pose (Scan), which it is stamped as.
+        """The scan from a pose (Scan), stamped as the pose, but for `lidar.stamp_offset`.
 
         Raises:
             ValueError: the pose is not finite.
         """
-        scan = simulate_scan(self._world, state, self._lidar, self._movers.at_each(np.array([state.stamp]))[0])
-        if self._lidar.range_noise == 0.0:
+        lidar = self._lidar
+        scan = simulate_scan(self._world, state, lidar, self._movers.at_each(np.array([state.stamp]))[0])
+        if lidar.range_noise == lidar.stamp_offset == 0.0 and lidar.fault == "none":
             return scan
-        errors = self._lidar.range_noise * self._random.standard_normal(len(scan.ranges))
-        return replace(
-            scan, ranges=np.where(np.isfinite(scan.ranges), np.maximum(scan.ranges + errors, 0.0), scan.ranges)
-        )
+        ranges = returned(scan.ranges, scan.angle_increment, lidar.fault)
+        if lidar.range_noise > 0.0:
+            errors = lidar.range_noise * self._random.standard_normal(len(ranges))
+            ranges = np.where(np.isfinite(ranges), np.maximum(ranges + errors, 0.0), ranges)
+        scan = replace(scan, stamp=scan.stamp - lidar.stamp_offset, ranges=ranges)
+        self._last = published(scan, self._last, lidar.fault)
+        return self._last

@@ -51,6 +51,8 @@ class MeasuredPose:
 def robot_pose(measured: MeasuredPose, received: float, mocap: Mocap) -> PoseSample:
     """The robot's centre and heading, in metres, z up; stamped with `received` [s] where the measurement has no stamp.
 
+    Its height is that above a floor as of `mocap.floor_tilt`.
+
     Raises:
         PoseError: no pose; see `check_pose_fields`.
     """
@@ -60,6 +62,8 @@ def robot_pose(measured: MeasuredPose, received: float, mocap: Mocap) -> PoseSam
     scaled = tuple(METRES[mocap.units] * value for value in position)
     stamp = received if measured.stamp is None else measured.stamp
     body = check_pose_fields(stamp, scaled, quaternion, mocap.quaternion_tolerance)
+    (x, y), (along_x, along_y) = body.position.tolist(), mocap.floor_tilt
+    body = replace(body, height=body.height - x * math.tan(along_x) - y * math.tan(along_y))
     return without_offset(body, mocap.body_offset_x, mocap.body_offset_y, mocap.body_offset_yaw)
 
 
@@ -73,6 +77,24 @@ def with_offset(robot: PoseSample, x: float, y: float, yaw: float) -> PoseSample
     """The pose of a body that sits at x, y [m], turned by `yaw` [rad], on a robot with this pose."""
     position = robot.position + rotate(x, y, robot.yaw)
     return PoseSample(robot.stamp, position, _wrapped(robot.yaw + yaw), robot.height, robot.tilt)
+
+
+def on_tilted_floor(level: PoseSample, along_x: float, along_y: float) -> PoseSample:
+    """A pose on a level floor as axes show it in which the floor has slopes along x and y [rad], not both 0."""
+    rises = np.tan((along_x, along_y))
+    steepest, uphill = math.atan(np.hypot(*rises)), rises / np.hypot(*rises)
+
+    def seen_from_above(vector: np.ndarray) -> np.ndarray:
+        return vector - (1.0 - math.cos(steepest)) * (vector @ uphill) * uphill
+
+    ahead = seen_from_above(np.array([math.cos(level.yaw), math.sin(level.yaw)]))
+    return PoseSample(
+        level.stamp,
+        seen_from_above(level.position),
+        math.atan2(ahead[1], ahead[0]),
+        level.height + math.sin(steepest) * float(level.position @ uphill),
+        steepest,
+    )
 
 
 def without_offset(body: PoseSample, x: float, y: float, yaw: float) -> PoseSample:

@@ -20,7 +20,8 @@ again when it is back, or by the rule above where the position leapt first, or a
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -96,8 +97,7 @@ def check_pose_fields(
     return PoseSample(stamp, np.array(position[:2], dtype=float), yaw, position[2], tilt_of(quaternion))
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
+class Track(NamedTuple):
     """Poses that agree with each other.
 
     Attributes:
@@ -110,8 +110,8 @@ class Track:
         changed: stamp of the last one that did [s].
     """
 
-    times: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    poses: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    times: np.ndarray = np.zeros(0)
+    poses: np.ndarray = np.zeros((0, 3))
     begun: float = math.nan
     received: float = math.nan
     newest: PoseSample | None = None
@@ -123,8 +123,7 @@ class Track:
 NO_TRACK = Track()
 
 
-@dataclass(frozen=True, eq=False)
-class FilterMemory:
+class FilterMemory(NamedTuple):
     """The filter's memory between two poses.
 
     Attributes:
@@ -153,8 +152,7 @@ class FilterMemory:
 FRESH = FilterMemory()
 
 
-@dataclass(frozen=True, eq=False)
-class FilterResult:
+class FilterResult(NamedTuple):
     """The result of filtering one pose.
 
     Attributes:
@@ -192,9 +190,9 @@ def filter_pose(
         return FilterResult(None), memory
     if off_floor:
         # in the air it may be turned, as where nothing is seen of it
-        return FilterResult(None, refused=off_floor), replace(memory, suspects=NO_TRACK)
+        return FilterResult(None, refused=off_floor), memory._replace(suspects=NO_TRACK)
     if memory.floor.is_new(x, y):
-        memory = replace(memory, floor=memory.floor.with_height(x, y, sample.height))
+        memory = memory._replace(floor=memory.floor.with_height(x, y, sample.height))
     refused = _disagreement(memory.track, sample, received, settings)
     goes_on = _goes_on(memory.suspects, sample, received, settings)
     leapt = goes_on and memory.suspected == LEAP
@@ -204,20 +202,20 @@ def filter_pose(
     if not refused:
         return _accepted(memory, memory.track, sample, received, settings)
     unseen = memory.unseen or received - memory.heard > settings.mocap.relocation_time
-    memory = replace(memory, heard=received, unseen=unseen)
+    memory = memory._replace(heard=received, unseen=unseen)
     # what has leapt and turned is a leap also where the silence explains the distance by now
     if refused == YAW and not unseen and not leapt:
-        return FilterResult(None, refused=YAW), replace(memory, suspects=NO_TRACK)
+        return FilterResult(None, refused=YAW), memory._replace(suspects=NO_TRACK)
     if not goes_on:
-        memory = replace(memory, suspects=Track(begun=sample.stamp), suspected=refused)
+        memory = memory._replace(suspects=Track(begun=sample.stamp), suspected=refused)
     law, suspects = track_law(settings.robot, settings.mocap), memory.suspects
     if sample.stamp - suspects.begun < settings.mocap.relocation_time - law.slack:
         x, y = sample.position.tolist()
         times, poses = with_pose(suspects.times, suspects.poses, sample.stamp, x, y, sample.yaw, law)
         suspects = Track(times, poses, suspects.begun, received, sample)
-        return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
-    result, taken = _accepted(replace(memory, impact=None), suspects, sample, received, settings)
-    return replace(result, relocated=True, kidnapped=memory.suspected != STAMP), taken
+        return FilterResult(None, refused=refused), memory._replace(suspects=suspects)
+    result, taken = _accepted(memory._replace(impact=None), suspects, sample, received, settings)
+    return result._replace(relocated=True, kidnapped=memory.suspected != STAMP), taken
 
 
 def speed_limit(settings: Settings) -> float:
@@ -265,7 +263,7 @@ def _accepted(
         return FilterResult(None, told), taken
     speed, limit = math.hypot(motion.vx, motion.vy), speed_limit(settings)
     if speed > MISTAKEN * limit:
-        taken = replace(taken, mistrusted=received + settings.mocap.relocation_time)
+        taken = taken._replace(mistrusted=received + settings.mocap.relocation_time)
     if speed > limit or received < taken.mistrusted:
         return FilterResult(None, refused=SPEED, speed=speed), taken
     state = State(sample.stamp, sample.position, np.array((motion.vx, motion.vy)), sample.yaw)
@@ -285,7 +283,8 @@ def _is_momentary(track: Track, sample: PoseSample, mocap: Mocap) -> bool:
 
 def _equals_newest(track: Track, sample: PoseSample) -> bool:
     newest = track.newest
-    return newest is not None and (*sample.position, sample.yaw) == (*newest.position, newest.yaw)
+    # a measured yaw differs nearly always
+    return newest is not None and sample.yaw == newest.yaw and bool((sample.position == newest.position).all())
 
 
 def _is_repeated(track: Track, sample: PoseSample) -> bool:

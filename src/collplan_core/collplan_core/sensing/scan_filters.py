@@ -11,6 +11,17 @@ from collplan_core.sight_lines import is_full_turn
 from collplan_core.state import State
 
 
+def in_time(scan: Scan, taken: ScanInput) -> Scan:
+    """Returns a scan as its driver times it with its true stamp, order of beams and, where of one moment, no sweep."""
+    between = 0.0 if taken.instant else scan.time_increment
+    stamp = scan.stamp + taken.stamp_offset
+    if taken.backwards:
+        stamp, between = stamp + between * (len(scan.ranges) - 1), -between
+    if (stamp, between) == (scan.stamp, scan.time_increment):
+        return scan
+    return replace(scan, stamp=stamp, time_increment=between)
+
+
 def used_scan(scan: Scan, taken: ScanInput) -> Scan:
     """Returns the usable part of a scan; the scan itself where nothing is left out or turned over."""
     ranges = scan.ranges

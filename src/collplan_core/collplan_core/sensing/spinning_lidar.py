@@ -14,6 +14,7 @@ from collplan_core.scan import Scan
 from collplan_core.sensing.lidar_mount import poses_of_sensor
 from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_faults import published, returned
 from collplan_core.state import State
 from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import cast_beams
@@ -101,10 +102,10 @@ def swept_scan(
 
     Args:
         world: the solid surroundings.
-        poses: (n_beams, 3) x, y [m] and yaw [rad] of the robot at each of `sensor.beam_times(stamp)`.
-        stamp: time of the first beam [s].
+        poses: (n_beams, 3) x, y [m] and yaw [rad] of the robot at the instant of each beam.
+        stamp: that of the scan [s].
         sensor: the scanning sensor.
-        lidar: its true mounting pose on the robot, and the direction of its first beam.
+        lidar: its true mounting pose on the robot, the direction of its first beam, and its fault.
         random: two draws a beam are taken from it, whatever the beam meets.
         discs: (n_beams, k, 3) x, y, radius [m] of the movers at the instant of each beam.
     """
@@ -113,7 +114,8 @@ def swept_scan(
     turned = -increment if lidar.mirrored else increment
     angle_min = -lidar.angle_min if lidar.mirrored else lidar.angle_min
     angles = places[:, 2] + angle_min + turned * np.arange(sensor.n_beams)
-    ranges = noisy(blended(world, places[:, :2], angles, sensor, discs), sensor, random)
+    met = returned(blended(world, places[:, :2], angles, sensor, discs), increment, lidar.fault)
+    ranges = noisy(met, sensor, random)
     return Scan(stamp, lidar.angle_min, increment, sensor.range_min, sensor.range_max, ranges, sensor.time_increment)
 
 
@@ -158,7 +160,10 @@ class Sweeps:
         self._lidar = lidar
         self._random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM,)))
         self._movers = movers or MoverHistory()
-        self._poses = PoseHistory(3.0 * sensor.sweep_time)
+        # a message is not received before its stamp
+        self._latency = max(sensor.latency, -lidar.stamp_offset - sensor.sweep_time)
+        self._poses = PoseHistory(3.0 * sensor.sweep_time + self._latency - sensor.latency)
+        self._last: Scan | None = None
         self._newest = self._begun = float("nan")
 
     def take_pose(self, state: State) -> Scan | None:
@@ -171,14 +176,19 @@ class Sweeps:
         if self._poses.at(self._begun) is None:
             self._begun = state.stamp
         # half a microsecond of tolerance: sums of decimal times must not decide
-        if state.stamp < self._begun + sensor.sweep_time + sensor.latency - 5e-7:
+        if state.stamp < self._begun + sensor.sweep_time + self._latency - 5e-7:
             return None
         begun, self._begun = self._begun, self._begun + sensor.sweep_time
         times = sensor.beam_times(begun)
         poses, discs = self._poses.at_each(times), self._movers.at_each(times)
         if poses is None:
             return None
-        return swept_scan(self._world, poses, begun, sensor, self._lidar, self._random, discs)
+        lidar, n = self._lidar, sensor.n_beams
+        order = {"forwards": np.arange(n), "backwards": np.arange(n)[::-1], "instant": np.zeros(n, int)}[lidar.sweep]
+        stamp = begun - lidar.stamp_offset
+        scan = swept_scan(self._world, poses[order], stamp, sensor, lidar, self._random, discs[order])
+        self._last = published(scan, self._last, lidar.fault)
+        return self._last
 
 
 def sweeps_of(world: World, lidar: Lidar, seed: int, movers: MoverHistory | None = None) -> Sweeps | None:

@@ -3,23 +3,34 @@
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import replace
 from itertools import islice
-from typing import Any
 
 import numpy as np
 
+from collplan_core.calibration.mocap_offset import body_offset
+from collplan_core.calibration.stream_quality import stream_quality
+from collplan_core.calibration.stroke_fit import AxesFit, Stroke, fit_axes
 from collplan_core.mounting.driven import Driven
 from collplan_core.mounting.fit import MountFit, fit_mount
-from collplan_core.parameters import Mocap, Robot, Settings, all_specs
-from collplan_core.parameters.spec import ParameterError
-from collplan_core.scan import ScanError
-from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
+from collplan_core.parameters import Robot, Settings, all_specs
+from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
 from collplan_core.sensing.pose_filter import PoseError, PoseSample
+from collplan_core.sensing.scan_filters import is_masked
+from collplan_ros.inspect.body import floor_of, is_upright, lever_of, strokes_of
+from collplan_ros.inspect.driving import find_motion
+from collplan_ros.inspect.found import DOUBTFUL, OK, WRONG, Findings, Found
+from collplan_ros.inspect.ranges import meaning_of, own_posts
 from collplan_ros.inspect.recording import Recording
-from collplan_ros.inspect.stages import Stages
 from collplan_ros.messages.mocap_formats import FORMATS
-from collplan_ros.messages.reading import scan_from_message, seconds_from_stamp, twist_of
+from collplan_ros.messages.reading import (
+    MessageError,
+    scan_from_message,
+    seconds_from_stamp,
+    twist_of,
+    velocity_from_twist,
+)
 
 BEAMS, FARTHEST = 360, 8.0
 """Beams of a scan that are compared at most, and the farthest range [m]."""
@@ -27,37 +38,20 @@ AHEAD = 0.05
 """Time by which scans may come before their stamps, as poses come, by the noise of receipt [s]."""
 UNEVEN = 0.5
 """Share of the period so soon after the last pose that none is measured: those were stamped at receipt."""
-STEP = 0.05
-"""Speeds are taken over two such steps, and accelerations over six [s]."""
-STAYS = 5.0
-"""Time at the largest speed shown, while commands ask for more, from which on it is the robot's largest [s]."""
-BEYOND = 1.3
-"""Multiple of what is set from which on a speed or acceleration is another: the noise of poses makes less."""
 RESTS = 0.25
 """A value repeated for longer is a robot at rest; for less it was not measured again [s]."""
 TURN, WAY = "turn once at about 1 rad/s", "drive 2 m straight on"
+BOTH_WAYS, ACROSS = (
+    "turn in place at about 1 rad/s, once to the left and once to the right",
+    "drive 2 m along, and 1 m across",
+)
+COMMANDED = "record the commands, and drive 2 m straight on and back"
+OPEN = "drive where the walls are farther away than the LIDAR reaches"
+BODY = ("mocap.body_offset_x", "mocap.body_offset_y")
+HEADING_FLOOR, HEADING_KNOWN, PLACE_KNOWN, SLOPE_KNOWN = 0.025, 0.1, 0.02, 0.025
+"""Smallest uncertainty of the body's heading on the robot [rad], and those of heading [rad], place [m] and slopes [rad]
+beyond which they are not told."""
 MOUNT = ("scan.stamp_offset", "scan.offset_x", "scan.offset_y", "scan.offset_yaw")
-
-
-@dataclass(frozen=True)
-class Found:
-    """A value of a parameter, and within what the truth lies in 95 of 100; None where it is a name or a choice."""
-
-    value: Any
-    uncertainty: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Findings:
-    """Parameters found, and those that the motion did not show, each with the motion that would."""
-
-    found: dict[str, Found] = field(default_factory=dict)
-    missing: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """The values alone."""
-        return {key: each.value for key, each in self.found.items()}
 
 
 def wiring(recording: Recording, subject: str) -> dict[str, Found]:
@@ -74,31 +68,41 @@ def wiring(recording: Recording, subject: str) -> dict[str, Found]:
 
 def find(recording: Recording, settings: Settings, said: Callable[[float], None]) -> Findings:
     """The findings of a recording whose wiring the settings have."""
-    findings, poses = Findings(wiring(recording, settings.mocap.subject)), _poses(recording, settings)
+    findings = Findings(wiring(recording, settings.mocap.subject))
+    settings = settings.with_values({"mocap.floor_tilt": (0.0, 0.0)})
+    settings = settings.with_values(_find_upright(findings, recording, settings))
+    poses = _poses(recording, settings)
     if len(poses) > 2:
-        way = _way(poses)
-        _find_pose_stream(findings, poses, settings.mocap)
-        _find_motion(findings, way, recording, settings.robot)
+        _find_pose_stream(findings, poses, settings)
+        # found from what is measured of the body itself
+        bare = {"mocap.rate": findings.values.get("mocap.rate", settings.mocap.rate)} | dict.fromkeys(BODY, 0.0)
+        body = _way(_poses(recording, settings.with_values(bare | {"mocap.body_offset_yaw": 0.0})))
+        commands = _commands(recording, poses, settings.robot)
+        if recording.format != "odometry":
+            _find_body(findings, body, commands, settings)
+        settings = settings.with_values({key: findings.values[key] for key in findings.values if key[:6] == "mocap."})
+        way = _way(_poses(recording, settings))
+        find_motion(findings, way, recording, settings.robot)
+        driven = settings.with_values({key: findings.values[key] for key in findings.values if key[:6] == "robot."})
+        _find_axes(findings, strokes_of(way, _commands(recording, poses, driven.robot)))
         if recording.scans:
             _find_mount(findings, recording, way, settings, said)
             if "scan.stamp_offset" not in findings.found and (ahead := _ahead(recording, poses)) > AHEAD:
                 del findings.missing["scan.stamp_offset"]
                 beyond = max(ahead - 0.5, 0.0)
                 findings.found["scan.stamp_offset"] = Found(round(beyond - ahead, 3), round(beyond + 0.1, 3))
-    for key, each in list(findings.found.items()):
-        try:
-            all_specs()[key].checked(each.value)
-        except ParameterError as error:
-            del findings.found[key]
-            findings.missing[key] = str(error)
+    findings.check()
     return findings
 
 
 def _poses(recording: Recording, settings: Settings) -> list[PoseSample]:
-    found = []
-    for received, measured in _measured(recording, settings.mocap.subject):
+    found, mocap, even = [], settings.mocap, math.nan
+    for received, measured in _measured(recording, mocap.subject):
+        if mocap.rate > 0.0:
+            even = even_stamp(even, received, 1.0 / mocap.rate)
+            measured = replace(measured, stamp=even)
         with suppress(PoseError):  # the stages count it
-            found.append(robot_pose(measured, received, settings.mocap))
+            found.append(robot_pose(measured, received, mocap))
     return found
 
 
@@ -110,20 +114,105 @@ def _measured(recording: Recording, subject: str) -> Iterator[tuple[float, Measu
                 yield received, measured
 
 
-def _find_pose_stream(findings: Findings, poses: list[PoseSample], mocap: Mocap) -> None:
-    stamps, heights = np.array([pose.stamp for pose in poses]), np.array([pose.height for pose in poses])
+def _find_upright(findings: Findings, recording: Recording, settings: Settings) -> dict[str, str]:
+    """Adds which axis points up, and returns it where it is found."""
+    up = []
+    for axes in all_specs()["mocap.axes"].choices:
+        poses = _poses(recording, settings.with_values({"mocap.axes": axes}))
+        up += [axes] if len(poses) > 2 and is_upright(poses, settings.mocap) else []
+    if len(up) != 1:
+        findings.missing["mocap.axes"] = TURN
+        return {}
+    findings.found["mocap.axes"] = Found(up[0])
+    return {"mocap.axes": up[0]}
+
+
+def _find_pose_stream(findings: Findings, poses: list[PoseSample], settings: Settings) -> None:
+    stamps = np.array([pose.stamp for pose in poses])
     many = min(100, len(stamps) - 1)
     period = float(np.median(stamps[many:] - stamps[:-many])) / many
     soonest, latest = np.percentile(np.diff(stamps), (5.0, 95.0))
     if soonest < UNEVEN * period and latest - soonest > period:
         findings.found["mocap.rate"] = Found(round(1.0 / period, 1), round(0.05 / period, 1))
-    level = np.percentile(np.abs(heights - heights[0]), 99.0)
-    if level > mocap.max_lift:
-        places = np.array([(*pose.position.tolist(), 1.0) for pose in poses])
-        plane = np.linalg.lstsq(places, heights, rcond=None)[0]
-        if np.percentile(np.abs(heights - places @ plane), 99.0) < 0.5 * mocap.max_lift:
-            # the floor is a plane that is tilted in the axes: its whole rise is no lift
-            findings.found["mocap.max_lift"] = Found(round(1.3 * float(level) + mocap.max_lift, 3))
+    slopes, uncertainty = floor_of(poses)
+    if any(pose.height for pose in poses):  # that of an odometry of wheels is no measurement
+        if uncertainty <= SLOPE_KNOWN:
+            tilt = tuple(round(math.atan(slope), 4) for slope in slopes.tolist())
+            findings.found["mocap.floor_tilt"] = Found(tilt, round(uncertainty, 4))
+        else:
+            findings.missing["mocap.floor_tilt"] = ACROSS
+    _remark_stream(findings, stamps, poses, settings)
+
+
+def _remark_stream(findings: Findings, stamps: np.ndarray, poses: list[PoseSample], settings: Settings) -> None:
+    places = np.array([pose.position for pose in poses])
+    quality = stream_quality(stamps, stamps, places)
+    seconds = [places[k : k + round(quality.rate)] for k in range(0, len(places) - round(quality.rate), 10)]
+    noise = float(min((each.std(axis=0).max() for each in seconds), default=math.inf))
+    limit, assumed = settings.limits.pose_age, settings.mocap.position_noise
+    text = f"poses come up to {1e3 * quality.jitter:.0f} ms unevenly, longest gap {1e3 * quality.longest_gap:.0f} ms"
+    if noise < 5.0 * assumed:
+        text += f"; noise at rest {1e3 * noise:.2f} mm, mocap.position_noise is {1e3 * assumed:g} mm"
+    good = quality.longest_gap < limit and not 2.0 * assumed < noise < 5.0 * assumed
+    findings.remarks.append((OK if good else DOUBTFUL, text))
+
+
+def _commands(recording: Recording, poses: list[PoseSample], robot: Robot) -> np.ndarray:
+    """(m, 4) commands as the robot can follow them, as of `body.asked_at`."""
+    late, rows = _lateness(recording, poses), []
+    for received, message in recording.commands:
+        with suppress(MessageError):
+            velocity, yaw_rate = velocity_from_twist(twist_of(message))
+            share = min(1.0, robot.max_speed / max(float(np.hypot(*velocity)), 1e-9))
+            rows.append((received - late, *(share * velocity).tolist(), yaw_rate))
+    return np.array(rows).reshape(-1, 4)
+
+
+def _find_body(findings: Findings, body: np.ndarray, commands: np.ndarray, settings: Settings) -> None:
+    """Adds the place of the measured body on the robot, from its way."""
+    mocap, found = settings.mocap, findings.found
+    lever = lever_of(body, commands, settings.robot.velocity_lag)
+    strokes = strokes_of(body, commands)
+    # of a heading that is told the place is seen by it
+    axes = AxesFit(-mocap.body_offset_yaw, 0.0, 1.0, False)
+    fit = _fit(strokes, np.zeros(2) if lever is None else lever.lever)
+    sure = math.inf if fit is None or fit.mirrored else math.hypot(2.0 * fit.uncertainty, HEADING_FLOOR)
+    if fit is not None and sure <= HEADING_KNOWN:
+        axes = replace(fit, uncertainty=sure)
+        found["mocap.body_offset_yaw"] = Found(round(-fit.turn, 4), round(sure, 4))
+    else:
+        findings.missing["mocap.body_offset_yaw"] = COMMANDED
+    if lever is None or body_offset(axes, lever).position_uncertainty > PLACE_KNOWN:
+        findings.missing.update(dict.fromkeys(BODY, BOTH_WAYS))
+        return
+    offset = body_offset(axes, lever)
+    for key, value in zip(BODY, (offset.x, offset.y), strict=True):
+        found[key] = Found(round(value, 4), round(offset.position_uncertainty, 4))
+
+
+def _fit(strokes: list[Stroke], lever: np.ndarray) -> AxesFit | None:
+    return fit_axes(strokes, lever) if len(strokes) > 3 else None
+
+
+def _find_axes(findings: Findings, strokes: list[Stroke]) -> None:
+    """Adds how the robot's way follows the commands."""
+    rests = [Stroke(np.zeros(2), 1.0, each.before, each.before) for each in strokes[:1]]
+    # a base that is told to stand stands: so a drive one way alone shows something too
+    fit = _fit([*strokes, *rests], np.zeros(2))
+    if fit is None or not math.isfinite(fit.uncertainty):
+        return
+    asked = np.array([complex(*stroke.velocity.tolist()) for stroke in strokes])
+    # along one direction alone, as of a base that cannot go sideways, both explain the same
+    sideways = abs((asked**2).sum()) < 0.95 * (np.abs(asked) ** 2).sum()
+    turned, mirrored = round(fit.turn, 3), fit.mirrored if sideways else None
+    findings.axes.update(turned=turned, mirrored=mirrored, scale=round(fit.scale, 3))
+    text = f"moves {fit.scale:.2f} times as far as commanded, turned by {turned:.2f} rad"
+    if mirrored:
+        findings.remarks.append((WRONG, f"{text}, left is right: mocap.axes, or the order of the wheels"))
+    elif abs(fit.scale - 1.0) > 0.1 or abs(turned) > 0.1:
+        findings.remarks.append((DOUBTFUL, f"{text}: mocap.units, the radius of the wheels, robot.max_speed"))
+    else:
+        findings.remarks.append((OK, text))
 
 
 def _way(poses: list[PoseSample]) -> np.ndarray:
@@ -138,67 +227,58 @@ def _way(poses: list[PoseSample]) -> np.ndarray:
     return rows[new | np.repeat(rests, np.diff(starts, append=len(rows)))]
 
 
-def _find_motion(findings: Findings, way: np.ndarray, recording: Recording, robot: Robot) -> None:
-    """Adds the largest speed and acceleration, where they are beyond what is set, or the commands beyond them."""
-    grid = np.arange(way[0, 0], way[-1, 0], STEP)
-    places = np.column_stack([np.interp(grid, way[:, 0], way[:, k]) for k in (1, 2)])
-    velocities = (places[2:] - places[:-2]) / (2.0 * STEP)
-    if len(velocities) < 20:
-        return
-    speeds = np.hypot(*velocities.T)
-    shown = float(np.percentile(speeds, 99.5))
-    # a base that is still accelerating has not shown its largest speed
-    stays = STEP * int((speeds > 0.9 * shown).sum()) > STAYS
-    twists = [twist_of(message).linear for _, message in recording.commands]
-    asked = max((math.hypot(each.x, each.y) for each in twists), default=0.0)
-    if shown > BEYOND * robot.max_speed or (stays and asked > 1.2 * shown > 0.1):
-        findings.found["robot.max_speed"] = Found(round(1.05 * shown, 3), round(0.1 * shown, 3))
-    else:
-        findings.missing["robot.max_speed"] = "record commands, and drive at full speed for 2 s"
-    # a bump is over sooner than the wheels accelerate: each third of a change must have its part
-    changes = velocities[6:] - velocities[:-6]
-    along = changes / np.maximum(np.hypot(*changes.T), 1e-9)[:, None]
-    thirds = [
-        ((velocities[k + 2 : len(velocities) - 4 + k] - velocities[k : k - 6]) * along).sum(axis=1) for k in (0, 2, 4)
-    ]
-    sustained = float(np.min(thirds, axis=0).max()) / (2.0 * STEP)
-    if sustained > BEYOND * robot.max_acceleration:
-        findings.found["robot.max_acceleration"] = Found(round(1.1 * sustained, 2), round(0.2 * sustained, 2))
-
-
-def driven_of(recording: Recording, way: np.ndarray, settings: Settings) -> Driven | None:
-    """The drive as arrays, its scans read with no mount and no stamp told; None without scans that can be read."""
+def scans_of(recording: Recording, settings: Settings) -> list[Scan]:
+    """Those that can be read, of one number of beams, with no mount and no stamp told, in the order of their stamps."""
+    told = {"scan.stamp_offset": 0.0, "scan.backwards": False, "scan.instant": False}
+    taken = settings.with_values(told | {"scan.zero": "near", "scan.infinite": "free"}).scan
     scans = []
-    taken = settings.with_values({"scan.stamp_offset": 0.0, "scan.backwards": False, "scan.instant": False}).scan
     for _, message in recording.scans:
         with suppress(ScanError):
             scans.append(scan_from_message(message, settings.frames.base, taken))
-    scans = sorted((scan for scan in scans if len(scan.ranges) == len(scans[0].ranges)), key=lambda scan: scan.stamp)
-    if not scans or len(way) < 2:
-        return None
+    return sorted((scan for scan in scans if len(scan.ranges) == len(scans[0].ranges)), key=lambda scan: scan.stamp)
+
+
+def driven_of(scans: list[Scan], way: np.ndarray, masked: tuple[float, ...]) -> tuple[Driven, np.ndarray]:
+    """The drive as arrays, and (m, k) the ranges as the messages give them, NaN where masked."""
     first, step = scans[0], math.ceil(len(scans[0].ranges) / BEAMS)
-    ranges = np.array([scan.ranges[::step] for scan in scans])
-    ranges = np.where(np.isfinite(ranges) & (ranges > 0.0) & (ranges < FARTHEST), ranges, np.nan)
+    raw = np.array([scan.ranges[::step] for scan in scans])
+    raw[:, is_masked(first.angles[::step], masked)] = math.nan
+    ranges = np.where(np.isfinite(raw) & (raw < FARTHEST), raw, math.nan)
     stamps = np.array([scan.stamp for scan in scans])
-    return Driven(
-        way[:, 0], np.ascontiguousarray(way[:, 1:]), stamps, ranges, first.angles[::step], first.time_increment * step
-    )
+    poses, between = np.ascontiguousarray(way[:, 1:]), first.time_increment * step
+    return Driven(way[:, 0], poses, stamps, ranges, first.angles[::step], between), raw
 
 
 def _find_mount(
     findings: Findings, recording: Recording, way: np.ndarray, settings: Settings, said: Callable[[float], None]
 ) -> None:
-    driven, scan = driven_of(recording, way, settings), settings.scan
-    given = 0 if scan.instant else -1 if scan.backwards else 1
-    fit = None if driven is None else fit_mount(driven, given, said)
+    scans, scan = scans_of(recording, settings), settings.scan
+    fit = None
+    if scans and len(way) > 1:
+        posts = own_posts(scans, way)
+        if posts is None:
+            findings.missing["scan.masked_angles"] = TURN
+        elif posts:
+            findings.found["scan.masked_angles"] = Found(posts, round(2.0 * abs(scans[0].angle_increment), 4))
+        driven, raw = driven_of(scans, way, posts or scan.masked_angles)
+        fit = fit_mount(driven, 0 if scan.instant else -1 if scan.backwards else 1, said)
     if fit is None or not fit.clear:
         findings.missing.update(dict.fromkeys((*MOUNT, "scan.mirrored", "scan.backwards"), f"{TURN}, and {WAY}"))
-    else:
-        _take_fit(findings, fit)
+        return
+    _take_fit(findings, fit)
+    for key, code in (("scan.zero", -math.inf), ("scan.infinite", math.inf)) if fit.known.all() else ():
+        meaning = meaning_of(code, raw, driven, fit.mount, (scans[0].range_min, scans[0].range_max))
+        if meaning:
+            findings.found[key] = Found(meaning)
+        else:
+            findings.missing[key] = OPEN
 
 
 def _take_fit(findings: Findings, fit: MountFit) -> None:
-    mount, uncertainty = fit.mount, fit.uncertainty.tolist()
+    mount, of_body = fit.mount, (findings.found.get(key) for key in (BODY[0], *BODY, "mocap.body_offset_yaw"))
+    # what is wrong in the body's place is wrong in the LIDAR's
+    shared = [0.0 if each is None else each.uncertainty or 0.0 for each in of_body]
+    uncertainty = np.hypot(fit.uncertainty, [0.0, *shared[1:]]).tolist()
     for k, (key, value) in enumerate(zip(MOUNT, (mount.late, mount.x, mount.y, mount.yaw), strict=True)):
         if fit.known[k]:
             findings.found[key] = Found(round(value, 4), round(uncertainty[k], 4))
@@ -216,22 +296,9 @@ def _take_fit(findings: Findings, fit: MountFit) -> None:
 def _ahead(recording: Recording, poses: list[PoseSample]) -> float:
     """Time by which the scans' stamps are ahead of the poses', by when both were received [s]."""
     late = [received - seconds_from_stamp(message.header.stamp) for received, message in recording.scans]
-    pose_late = np.median([at for at, _ in recording.poses[: len(poses)]] - np.array([pose.stamp for pose in poses]))
-    return float(pose_late - np.median(late))
+    return _lateness(recording, poses) - float(np.median(late))
 
 
-def axes_of(stages: Stages) -> dict[str, Any]:
-    """How the motion measured is turned [rad], mirrored and scaled against the commands; None where not shown."""
-    nothing = {"turned": None, "mirrored": None, "scale": None}
-    moving = [(state, wanted) for state, wanted in stages.moves if np.hypot(*wanted) > 0.05]
-    if len(moving) < 40:
-        return nothing
-    measured = np.array([complex(*state.velocity) * np.exp(-1j * state.yaw) for state, _ in moving])
-    asked = np.array([complex(*wanted) for _, wanted in moving])
-    straight, mirror = measured @ asked.conj(), measured @ asked
-    # along one direction alone, as of a base that cannot go sideways, both explain the same
-    sideways = abs((asked**2).sum()) < 0.95 * (np.abs(asked) ** 2).sum()
-    mirrored = bool(abs(mirror) > abs(straight)) if sideways else None
-    best = mirror if mirrored else straight
-    scale = abs(best) / float((np.abs(asked) ** 2).sum())
-    return {"turned": round(float(np.angle(best)), 3), "mirrored": mirrored, "scale": round(scale, 3)}
+def _lateness(recording: Recording, poses: list[PoseSample]) -> float:
+    """Time from the poses' stamps until they are received [s]."""
+    return float(np.median([at for at, _ in recording.poses[: len(poses)]] - np.array([pose.stamp for pose in poses])))

@@ -43,11 +43,11 @@ def record_live(path: Path, duration: float, said: Callable[[float], None]) -> N
         stack.callback(node.destroy_node)
         recording, begun = RecordingFile(path), time.monotonic()
         stack.callback(recording.finish)
-        topics = GraphTopics(node, known, SendTimes(), recording)
+        topics = GraphTopics(node, {}, SendTimes(), recording)
         while stop.number is None and (over := time.monotonic() - begun) < duration:
             for each in _new(node, known):
                 known[each.name] = each
-                topics.listen(each.name, lambda data, sent: None, raw=True)
+                topics.add(each)
             topics.take_all()
             recording.flush_when_due()
             said(over / duration)

@@ -16,7 +16,9 @@ from collplan_core.command_line import parser_of
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
-from collplan_ros.inspect.findings import Findings, axes_of, find, wiring
+from collplan_ros.inspect.driving import find_driven
+from collplan_ros.inspect.findings import find, wiring
+from collplan_ros.inspect.found import Findings
 from collplan_ros.inspect.page import PAGE, write_inspect_page
 from collplan_ros.inspect.recording import Recording, RecordingError, Topics, read_recording
 from collplan_ros.inspect.stages import Stages, passed_through
@@ -93,6 +95,7 @@ def _inspect(recording: Recording, given: dict[str, Any], out: Path) -> int:
     findings = find(recording, settings, _bar("fitting"))
     settings = settings.with_values(findings.values)
     after = passed_through(recording, settings, _bar("as found"))
+    find_driven(findings, recording, after)
     report = _report(recording, before, after, findings)
     (out / "inspect.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     write_values(given | findings.values, out / "found.yaml", _comment(findings))
@@ -128,7 +131,7 @@ def _report(recording: Recording, before: Stages, after: Stages, findings: Findi
         "as_found": after.report(recording.duration),
         "found": {key: {"value": each.value, "uncertainty": each.uncertainty} for key, each in findings.found.items()},
         "missing": list(findings.missing),
-        "axes": axes_of(after),
+        "axes": findings.axes,
     }
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from collplan_core.command import FREE_SPACE, Command
 from collplan_core.control.interlock import LONGEST_FAULT
 from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP
+from collplan_core.impact import Impact
+from collplan_core.loop.drive_watch import NEARBY, DriveWatch
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.sensed_scans import SensedScans
@@ -19,15 +21,15 @@ from collplan_core.parameters import Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
 from collplan_core.sensing.pose_filter import FRESH, PoseError, filter_pose
-from collplan_core.state import State
+from collplan_ros.inspect.body import COMMAND_LASTS
 from collplan_ros.inspect.recording import Recording
 from collplan_ros.messages.mocap_formats import FORMATS
 from collplan_ros.messages.reading import MessageError, scan_from_message, twist_of, velocity_from_twist
 
 TICK = 0.05
 """Period at which the inputs are looked at [s]."""
-COMMAND_LASTS = 0.5
-"""Silence after which a base stands by itself [s]; bases differ."""
+RESTS = 0.03
+"""Speed below which a robot that is told to stand is at rest [m/s]."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
 Happened = tuple[float, str, tuple[Any, ...]]
 """Time of receipt [s] of what made something happen, the method of `Drawing` that shows that, and its arguments."""
@@ -54,15 +56,15 @@ class Stages:
     """Poses, scans and commands pass the stages one by one, each at its time of receipt [s].
 
     Attributes:
-        states: the states that the filter gave.
-        moves: at each judgement of motion the newest state, and the velocity (2,) [m/s, robot frame] commanded.
+        impacts: those found in the poses.
+        drive: the drive as learnt from the commands.
         happened: all that a page can show, in order.
     """
 
     def __init__(self, recording: Recording, settings: Settings) -> None:
         """Nothing has come yet."""
-        self.states: list[State] = []
-        self.moves: list[tuple[State, np.ndarray]] = []
+        self.impacts: list[Impact] = []
+        self.drive = DriveWatch(settings)
         self.happened: list[Happened] = []
         self._settings, self._memory = settings, FRESH
         self._read = FORMATS[recording.format].read
@@ -74,7 +76,7 @@ class Stages:
         self._even, self._seen, self._judged = math.nan, math.nan, math.inf
         self._refused_poses: Counter[str] = Counter()
         self._verdicts: Counter[str] = Counter()
-        self._poses = self._scans = self._impacts = self._held = self._with_mover = 0
+        self._poses = self._scans = self._held = self._with_mover = 0
         self._stopped = self._standing = self._fastest = self._mover_speed = 0.0
         self._command: tuple[float, np.ndarray, float] = (-math.inf, np.zeros(2), 0.0)
         self._tracks: set[int] = set()
@@ -99,20 +101,26 @@ class Stages:
             return
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
         if result.impact is not None:
-            self._impacts += 1
-            self.happened.append((received, "impact", (result.impact,)))
+            self._take_impact(received, result.impact)
         if result.refused:
             self._refuse_pose(received, result.refused, sample.position)
         elif result.state is not None:
             self._fastest = max(self._fastest, result.speed)
-            self.states.append(result.state)
             self.happened.append((received, "pose", (result.state,)))
             joins = self._gate.take_pose(result.state, received, self._settings)
             self._watch.take_pose(result.state, received, joins, self._settings, self._sensed.movers)
+            self.drive.take_pose(result.state, joins, self._watch.pushed)
             self._look_at_scans(received)
+
+    def _take_impact(self, received: float, impact: Impact) -> None:
+        self.impacts.append(impact)
+        self.happened.append((received, "impact", (impact,)))
+        state, reach = self._gate.state, self._settings.robot.radius + NEARBY
+        self.drive.take_impact(impact.time, impact.change, state is not None and self._watch.is_near(state, reach))
 
     def _refuse_pose(self, received: float, reason: str, at: np.ndarray | None) -> None:
         self._refused_poses[reason] += 1
+        self.drive.refuse_pose()
         self._gate.refuse("pose", reason)
         self.happened.append((received, "refused_pose", (reason, at)))
 
@@ -159,9 +167,13 @@ class Stages:
         wanted = np.zeros(2) if still else velocity * min(1.0, settings.robot.max_speed / max(size, 1e-9))
         self._watch.judge(local, settings)
         self._verdicts[self._watch.verdict.kind] += 1
-        self._watch.commanded(Command(wanted, 0.0 if still else yaw_rate, FREE_SPACE, np.zeros(2)), local)
-        if self.states and not still:
-            self.moves.append((self.states[-1], wanted))
+        command = Command(wanted, 0.0 if still else yaw_rate, FREE_SPACE, np.zeros(2))
+        self._watch.commanded(command, local)
+        if math.isfinite(sent):
+            # the learner takes a robot at rest, whose wheels err by nothing, for one that follows commands slowly
+            state = self._gate.state
+            rests = not wanted.any() and state is not None and float(np.hypot(*state.velocity)) < RESTS
+            self.drive.commanded(command, self._gate.now(local), self._watch.verdict.kind, "at rest" if rests else "")
         self._judged = local
 
     def tick(self, local: float) -> None:
@@ -189,7 +201,7 @@ class Stages:
                 "rate_hz": round(self._poses / duration, 2),
                 "refused": refused,
                 "reasons": dict(self._refused_poses),
-                "impacts": self._impacts,
+                "impacts": len(self.impacts),
                 "largest_speed": round(self._fastest, 3),
             },
             "scans": {

@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from collplan_ros.inspect.findings import Findings
+from collplan_ros.inspect.found import DOUBTFUL, OK, WRONG, Findings
 
-OK, DOUBTFUL, WRONG, MENDED = "ok", "doubtful", "WRONG", "mended"
+MENDED = "mended"
 MOST_REFUSED = 0.01
 """Share of poses or scans refused beyond which something is wrong."""
 LEAST_RATE = 15.0
@@ -24,7 +24,7 @@ SCAN_REMEDIES = {
 }
 REMEDIES = {
     "frame": "set mocap.frame",
-    "height": "the axes are tilted or the robot was lifted: mocap.axes, mocap.max_lift",
+    "height": "the axes are tilted or the robot was lifted: mocap.axes, mocap.floor_tilt",
     "tilt": "does the body's z axis point up: mocap.axes?",
     "speed": "is it faster than robot.max_speed, or does the receiver stamp at receipt: mocap.rate?",
     "leap": "is it one body: mocap.subject, mocap.units, robot.max_speed?",
@@ -40,6 +40,7 @@ def lines_of(as_set: Mapping[str, Any], as_found: Mapping[str, Any], findings: F
             yield MENDED, f"{before[1]}; with found.yaml: {after[1]}"
         else:
             yield after
+    yield from findings.remarks
     by_motion: dict[str, list[str]] = {}
     for key, motion in findings.missing.items():
         by_motion.setdefault(motion, []).append(key)

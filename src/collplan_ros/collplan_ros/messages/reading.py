@@ -11,7 +11,7 @@ import numpy as np
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED
 from collplan_core.parameters import ScanInput
 from collplan_core.scan import ROUNDED, Scan, ScanError
-from collplan_core.sensing.scan_filters import is_masked
+from collplan_core.sensing.scan_filters import in_time, is_masked
 
 NANOSECONDS = 1_000_000_000
 SHIPPED = ScanInput()
@@ -78,21 +78,16 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
     # devices disagree on whether angle_max is the last beam's angle or one step further, and on rounding their number
     if not abs(first + step * (len(ranges) - 1) - last) <= 2.01 * abs(step):
         raise ScanError(f"angle_max: got {last:g}, expected {first:g} + {len(ranges) - 1} steps of {step:g}")
-    stamp = seconds_from_stamp(message.header.stamp)
-    between = 0.0 if taken.instant else _time_increment(message, step)
-    if taken.stamp_offset != 0.0:
-        stamp += taken.stamp_offset
-    if taken.backwards:
-        stamp, between = stamp + between * (len(ranges) - 1), -between
-    return Scan(
-        stamp=stamp,
+    scan = Scan(
+        stamp=seconds_from_stamp(message.header.stamp),
         angle_min=first,
         angle_increment=step,
         range_min=float(message.range_min),
         range_max=float(message.range_max),
         ranges=ranges,
-        time_increment=between,
+        time_increment=0.0 if taken.instant else _time_increment(message, step),
     )
+    return in_time(scan, taken)
 
 
 def suspiciously_near(message: Any, taken: ScanInput) -> str:

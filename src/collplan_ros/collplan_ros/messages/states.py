@@ -13,7 +13,7 @@ from collplan_ros.messages.status_values import DRIVE
 
 FREE, HELD, STOPPED = "free", "held", "stopped"
 """It follows commands; it waits for a person; its emergency stop is latched."""
-NOT_LEARNT = "its drive is not learnt yet: too little driving"
+NOT_LEARNT = "its drive is not learnt yet: too little driving that follows the commands"
 
 NUMBERS = {name: number for number, name in GOAL_STATUS.items()}
 """Status as GoalStatus has it, by that of a `Goal`."""
@@ -74,7 +74,7 @@ def drive_to_message(
 ) -> DiagnosticStatus:
     """Message of the drive in use and what was learnt of it; a warning where it is not what is set, beyond doubt.
 
-    `shown` is what steady motion shows of the base; or empty.
+    `shown` is what motion shows of the base; or empty.
     """
     unlike = "; ".join(filter(None, [shown, "" if learnt is None else learnt.why_unlike(belief)]))
     values = dict[str, float](zip(DRIVE, in_use, strict=True))

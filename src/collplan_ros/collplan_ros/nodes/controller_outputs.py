@@ -20,6 +20,7 @@ from collplan_ros.messages.conversions import command_to_message, command_type, 
 from collplan_ros.messages.states import command_in_words, command_to_state, drive_to_message
 from collplan_ros.node_kit.run_node import publish_acknowledged
 
+_FIGURES = re.compile(r"-?\d+(\.\d+)?")
 DRIVE_PERIOD = 1.0
 """Time between two messages of what was learnt [s]."""
 
@@ -107,10 +108,10 @@ class ControllerOutputs:
         in_use, unlike, told = self._told_drive
         if drive.in_use is None or (drive.in_use == in_use and 0.0 <= now - told < DRIVE_PERIOD):
             return
-        belief, shown = drive_of(self._settings.robot), drive.steady.why_unlike
+        belief, shown = drive_of(self._settings.robot), drive.faults.why_unlike
         message = drive_to_message(drive.in_use, drive.learnt, belief, self._source, shown)
         warns = message.message if message.level == DiagnosticStatus.WARN else ""
-        if warns and not unlike:
+        if warns and _FIGURES.sub("", warns) != _FIGURES.sub("", unlike):
             self._log.warning(warns)
         self._drive.publish(message)
         self._told_drive = drive.in_use, warns, now
@@ -120,7 +121,7 @@ class ControllerOutputs:
         slowed = loop.override_trouble if self.command.maneuver == HAND else ""
         reason = command_in_words(self.command, slowed)
         # figures in a reason, such as an age, are no change
-        said = re.sub(r"-?\d+(\.\d+)?", "", reason), is_to_move
+        said = _FIGURES.sub("", reason), is_to_move
         if said == self._said:
             return
         self._said, stamp = said, None if plan is None else plan.stamp

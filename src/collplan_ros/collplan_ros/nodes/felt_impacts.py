@@ -21,7 +21,7 @@ from collplan_ros.node_kit.clock import seconds
 
 
 class FeltImpacts:
-    """Publishes impacts at the poses that it is given."""
+    """Publishes impacts at the poses that it is given; `newest` is the state of the last, None before the first."""
 
     def __init__(self, node: Node, settings: Settings, clock: Clock) -> None:
         """Publishes through `node`; `clock` is that of the ages."""
@@ -30,7 +30,7 @@ class FeltImpacts:
         self._history = PoseHistory(settings.limits.pose_history)
         self._clock = PosesClock()
         self._local = clock
-        self._newest: State | None = None
+        self.newest: State | None = None
         self._contact = node.create_publisher(PointCloud2, "impact/contact", EVENT)
         self._impact = node.create_publisher(Vector3Stamped, "impact", EVENT)
 
@@ -44,9 +44,9 @@ class FeltImpacts:
             return False
         stamp = now - age
         state = self._history.at(stamp)
-        if state is None and self._newest is not None and self._newest.stamp <= stamp:
+        if state is None and self.newest is not None and self.newest.stamp <= stamp:
             # no pose is as new as the impact: the newest one leads to it
-            state = self._newest
+            state = self.newest
         change = np.zeros(2) if state is None else change_at(state)
         if state is None or not change.any() or not np.isfinite(change).all():
             return False
@@ -59,7 +59,7 @@ class FeltImpacts:
     def take_pose(self, raw: bytes) -> State:
         """Takes and returns the state in a serialized message of `mocap/odom`; raises MessageError."""
         state = state_from_bytes(raw, self._frames.map, self._frames.base)
-        self._newest = state
+        self.newest = state
         self._history.add(state)
         self._clock.received(state.stamp, seconds(self._local))
         return state

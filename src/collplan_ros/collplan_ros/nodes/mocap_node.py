@@ -54,7 +54,7 @@ def in_map(result: FilterResult, frame: FrameInMap) -> FilterResult:
     """
     state = None if result.state is None else moved_state(result.state, frame)
     impact = None if result.impact is None else moved_impact(result.impact, frame)
-    return replace(result, state=state, impact=impact)
+    return result._replace(state=state, impact=impact)
 
 
 def check_odometry(settings: Settings) -> None:

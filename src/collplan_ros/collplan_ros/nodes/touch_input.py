@@ -31,6 +31,8 @@ SIDES = {1: (-1.0, 0.0), 2: (1.0, 0.0), 4: (0.0, 1.0), 8: (0.0, -1.0)}
 GRAVITY = 9.81
 KEPT, ENOUGH = 400, 40
 """Accelerations looked at together, and those below which nothing is said."""
+SPEED, ALIKE = 0.1, 0.8
+"""Spread of the velocity that shows in which unit accelerations are [m/s], and how well both must agree."""
 ASIDE = 3
 """Touches aside of the motion from which on, where they are most of all, the sensor is taken for turned."""
 CHATTER, LONG = 5, 5.0
@@ -85,6 +87,28 @@ def why_unlike_imu(accelerations: np.ndarray) -> str:
     return ""
 
 
+def why_other_unit(readings: np.ndarray) -> str:
+    """Returns what accelerations show beside the velocities of poses where gravity is taken out; or "".
+
+    Args:
+        readings: (n, 5) time [s], acceleration [m/s^2] and velocity [m/s] in the body frame; rising times.
+    """
+    rows = readings[np.isfinite(readings).all(axis=1)]
+    if len(rows) < ENOUGH:
+        return ""
+    gained = 0.5 * (rows[1:, 1:3] + rows[:-1, 1:3]) * np.diff(rows[:, :1], axis=0)
+    both = np.hstack([gained.cumsum(axis=0), rows[1:, 3:]])
+    # an offset of the sensor grows evenly
+    even = np.column_stack([np.ones(len(both)), rows[1:, 0] - rows[0, 0]])
+    read, driven = np.hsplit(both - even @ np.linalg.lstsq(even, both)[0], 2)
+    moved, agree = float((driven**2).sum()), float((read * driven).sum())
+    share = agree / moved if moved > len(rows) * SPEED**2 else 1.0
+    if 0.5 < share < 2.0 or agree < ALIKE * math.sqrt(moved * float((read**2).sum())):
+        return ""
+    unit = "in g? " if 0.8 < share * GRAVITY < 1.2 else ""
+    return f"it reads {share:.2g} of the accelerations that the poses show, {unit}expected m/s^2"
+
+
 def _towards_of_contact(message: Any, base: Base) -> np.ndarray | None:
     return None if message.data else NOWHERE
 
@@ -112,7 +136,8 @@ class TouchInput:
         self._touched, self._last = False, -math.inf
         self._aside = self._bounced = 0
         self._since = math.inf
-        self._accelerations = deque[tuple[float, float, float]](maxlen=KEPT)
+        self._accelerations = deque[tuple[float, ...]](maxlen=KEPT)
+        self._driven = deque[tuple[float, ...]](maxlen=KEPT)
         base = settings.base
         inputs.listen(touch_type(base), base.touch_topic, self._take, EVENT, EVENT_INPUT)
 
@@ -121,6 +146,9 @@ class TouchInput:
         if base.touch == "imu":
             read = message.linear_acceleration
             self._accelerations.append((read.x, read.y, read.z))
+            state = self._felt.newest
+            driven = (math.nan, math.nan) if state is None else rotate(*state.velocity.tolist(), -state.yaw)
+            self._driven.append((now, read.x, read.y, *driven))
         towards = TOWARDS[base.touch](message, base)
         before, self._touched = self._touched, towards is not NOWHERE
         last, self._last = self._last, now if self._touched else self._last
@@ -145,8 +173,10 @@ class TouchInput:
     def why_doubtful(self) -> str:
         """What the messages show of a sensor that is not as it should be, or ""."""
         topic = self._settings.base.touch_topic
-        if len(self._accelerations) >= ENOUGH and (why := why_unlike_imu(np.array(self._accelerations))):
-            return f"{topic}: {why}"
+        if len(self._accelerations) >= ENOUGH:
+            unlike = why_unlike_imu(np.array(self._accelerations)) or why_other_unit(np.array(self._driven))
+            if unlike:
+                return f"{topic}: {unlike}"
         if seconds(self._clock) - self._since > LONG:
             return f"{topic}: touched for over {LONG:g} s: is the contact stuck, or inverted?"
         if self._bounced >= CHATTER and self._bounced > self.published:

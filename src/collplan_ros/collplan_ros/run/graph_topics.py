@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -56,8 +57,12 @@ class GraphTopics:
         self, node: Node, topics: Mapping[str, RecordedTopic], times: SendTimes, recording: RecordingFile
     ) -> None:
         """Subscribes through `node` to all `topics`."""
-        group = _NeverCalled()
-        self._taken = {name: _Topic(node, topic, times, recording, group) for name, topic in topics.items()}
+        self._made = partial(_Topic, node, times=times, recording=recording, group=_NeverCalled())
+        self._taken = {name: self._made(topic) for name, topic in topics.items()}
+
+    def add(self, topic: RecordedTopic) -> None:
+        """Subscribes to one more."""
+        self._taken[topic.name] = self._made(topic)
 
     def listen(self, topic: str, take: Take, raw: bool = False) -> None:
         """Has each message of a known topic, or its bytes where `raw`, handed to `take`; none that cannot be read."""

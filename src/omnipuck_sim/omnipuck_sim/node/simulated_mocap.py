@@ -16,6 +16,7 @@ from visualization_msgs.msg import MarkerArray
 from collplan_core.clock_steps import ClockOffset
 from collplan_core.impact import Impact
 from collplan_core.parameters import ParameterError, Settings, Simulation
+from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.mover_markers import movers_to_markers
@@ -70,6 +71,7 @@ class SimulatedMocap:
         self._offset = ClockOffset(lambda: seconds(node.get_clock()), monotonic)
         self._epoch = 0.0
         self._poses = 0
+        self._measured: PoseSample | None = None
         self._unsent: deque[tuple[float, PoseStamped]] = deque()
         self._pose_publisher = node.create_publisher(PoseStamped, "mocap/pose", POSE_PUBLISHED)
         self._odometry_publisher = node.create_publisher(Odometry, "ground_truth/odom", EVENT)
@@ -169,9 +171,10 @@ class SimulatedMocap:
 
     def _measure_pose(self) -> None:
         frames, stamp = self._settings.frames, self._epoch + self.simulator.time
-        measured = faulty(replace(self.simulator.measured_pose(), stamp=stamp), self._fault)
-        send_at = self.simulator.time + self._settings.simulator.mocap_latency + added_latency(self._fault)
-        self._unsent.append((send_at, pose_to_message(measured, frames.map)))
+        self._measured = faulty(self.simulator.measured_pose(), self._fault, self._measured)
+        later = self._settings.simulator.mocap_latency + added_latency(self._fault, self.simulator.time)
+        sent = replace(self._measured, stamp=self._epoch + self._measured.stamp)
+        self._unsent.append((self.simulator.time + later, pose_to_message(sent, frames.map)))
         movers = self.simulator.movers
         if len(movers):
             self._mover_publisher.publish(movers_to_markers(stamp, movers, frames.map))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from math import pi, radians, remainder, tau
+from math import ceil, pi, radians, remainder, tau
 
 import numpy as np
 
@@ -11,11 +11,18 @@ from collplan_core.parameters import Simulation
 from collplan_core.sensing.pose_filter import PoseSample
 from omnipuck_sim.robot.vector import Vector
 
-LATE = "late"
+LATE, BURSTS, REPEATS = "late", "bursts", "repeats"
 MORE_LATENCY = 0.2
 """Additional delay of poses with fault `late` [s]."""
 HOUR = 3600.0
 """Error of the stamps of poses with faults `hour_ahead` and `hour_back` [s]."""
+
+BURST, APART = 0.05, 0.01
+"""Time from burst to burst of poses [s], and the share of the time between two of one burst that is left of it."""
+RENEWED = 0.1
+"""Time for which a value is repeated [s]."""
+TOLERANCE = 1e-6
+"""Sums of decimal times must not decide [s]."""
 
 
 def _turned(angle: float) -> Callable[[PoseSample], PoseSample]:
@@ -32,13 +39,20 @@ _FAULTS: dict[str, Callable[[PoseSample], PoseSample]] = {
 }
 
 
-def faulty(sample: PoseSample, fault: str) -> PoseSample:
-    """The measured pose with this fault, a value of simulator.mocap_fault."""
+def faulty(sample: PoseSample, fault: str, before: PoseSample | None = None) -> PoseSample:
+    """The measured pose with this fault, a value of simulator.mocap_fault, after the one that was given `before`."""
+    if fault == BURSTS:
+        return replace(sample, stamp=sample.stamp + (1.0 - APART) * added_latency(fault, sample.stamp))
+    if fault == REPEATS and before is not None:
+        is_new = (sample.stamp + TOLERANCE) // RENEWED > (before.stamp + TOLERANCE) // RENEWED
+        return sample if is_new else replace(before, stamp=sample.stamp)
     return _FAULTS[fault](sample) if fault in _FAULTS else sample
 
 
-def added_latency(fault: str) -> float:
-    """Returns how much later poses come with this fault [s]."""
+def added_latency(fault: str, measured: float) -> float:
+    """Returns how much later a pose comes with this fault [s] that was measured at a time [s]."""
+    if fault == BURSTS:
+        return ceil((measured - TOLERANCE) / BURST) * BURST - measured
     return MORE_LATENCY if fault == LATE else 0.0
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
-from collplan_core.sensing.mocap_body import with_offset
+from collplan_core.sensing.mocap_body import on_tilted_floor, with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
@@ -46,6 +46,7 @@ class Simulator:
         self._noise = Noise(settings.simulator, seed)
         markers = settings.simulator
         self._marker_offset = markers.marker_offset_x, markers.marker_offset_y, markers.marker_offset_yaw
+        self._floor_tilt = markers.floor_tilt
         self._walks = Walks(world, settings)
         self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound, self._walks.discs)
         self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
@@ -146,7 +147,8 @@ class Simulator:
         """The pose that the motion capture measures now: that of the body of markers on the robot, with noise."""
         robot = PoseSample(self.time, self._disc.motion[[X, Y]] + self._noise.mocap(), self._yaw)
         body = with_offset(robot, *self._marker_offset)
-        return PoseSample(body.stamp, body.position, remainder(body.yaw + self._noise.mocap_yaw(), 2 * pi))
+        turned = PoseSample(body.stamp, body.position, remainder(body.yaw + self._noise.mocap_yaw(), 2 * pi))
+        return on_tilted_floor(turned, *self._floor_tilt) if any(self._floor_tilt) else turned
 
     def _halt(self) -> None:
         self._command = (0.0, 0.0)
