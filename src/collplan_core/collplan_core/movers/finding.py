@@ -7,6 +7,7 @@ scan shows the place free.
 """
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -116,19 +117,19 @@ def _compared(
         stands |= looked
     for earlier in _of_ages(views, view.stamp, (*AGES, finding.standing_time)):
         old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
-        in_place = IN_PLACE if old else 0.0
-        look_at_each(earlier, view.hits, looked, moved, stands, finding.margin, in_place)
+        reach = finding.margin, IN_PLACE if old else 0.0
+        look_at_each(earlier[1:], view.hits, looked, moved, stands, reach)
     return moved & ~stands, stands
 
 
 def _of_ages(views: tuple[View, ...], stamp: float, wanted: tuple[float, ...]) -> list[View]:
     """The views, the oldest first, whose ages are nearest to those wanted [s], none twice; of two as near the older."""
-    ages, nearest, i = [stamp - each.stamp for each in views], set[int](), len(views) - 1
-    for age in sorted(wanted) if views else ():
-        if age < ages[0] + 0.03:
-            while i > 0 and abs(ages[i - 1] - age) <= abs(ages[i] - age):
-                i -= 1
-            nearest.add(i)
+    nearest = set[int]()
+    for age in wanted if views else ():
+        if age < stamp - views[0].stamp + 0.03:
+            i = min(bisect_left(views, -age, key=lambda each: each.stamp - stamp), len(views) - 1)
+            older = i > 0 and abs(stamp - views[i - 1].stamp - age) <= abs(stamp - views[i].stamp - age)
+            nearest.add(i - older)
     return [views[i] for i in sorted(nearest)]
 
 
