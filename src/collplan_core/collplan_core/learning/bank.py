@@ -62,7 +62,7 @@ def compare(
         most: square of an error, of `judge`, of an outlier, and by how much the best may be behind the nearest.
 
     Returns:
-        square of the error of the best, how far the models are apart by what the pose told, and whether it is an outlier.
+        square of the error of the best, how far apart the models are by what the pose told, and if it is an outlier.
     """
     bank, (stamp, x, y, yaw), (outlier, behind) = Bank(*fields), pose, most
     foresee(bank, commands, begin, stamp, yaw)

@@ -115,9 +115,11 @@ def _compared(
     moved, stands = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
     if finding.standing_time == 0.0:
         stands |= looked
-    for earlier in _of_ages(views, view.stamp, (*AGES, finding.standing_time)):
-        old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
-        reach = finding.margin, IN_PLACE if old else 0.0
+    chosen = _of_ages(views, view.stamp, (*AGES, finding.standing_time))
+    n_old = sum(view.stamp - each.stamp > finding.standing_time - 1e-6 for each in chosen)
+    # nearly all returns stand by the newest view that can tell so, and are then done
+    for k, earlier in enumerate((*reversed(chosen[:n_old]), *chosen[n_old:])):
+        reach = finding.margin, IN_PLACE if k < n_old else 0.0
         look_at_each(earlier[1:], view.hits, looked, moved, stands, reach)
     return moved & ~stands, stands
 
