@@ -1,9 +1,12 @@
 """Bench of the strategies among movers: trials with one to three movers, each beside the same without them.
 
     make movers ARGS="--trials 200 --seed 97000"
+    make movers ARGS="--walks walks.csv"                recorded walks of people in place of drawn movers
+    make movers ARGS="--lidar low_cost --trials 40"     trials without movers are those of the ideal LIDAR
 
 Writes runs/movers.json and prints it as a table. Each trial goes to a file beside it as it ends; the next call goes on
-there, with the same code. `movers_worlds` says which movers, `movers_rule` when no stop could have saved a run.
+there, with the same code. `movers_worlds` and `movers_walks` say which movers, `movers_rule` when no stop could have
+saved a run.
 Simulated.
 """
 
@@ -12,6 +15,7 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import as_completed
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,12 +24,14 @@ import numpy as np
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
+from collplan_core.worlds.movers import DISC
 from collplan_study.report.content import number
 from collplan_study.run.pools import open_pool
 from collplan_study.run.provenance import trial_code
 from collplan_study.run.row_file import JsonLines
 from markdown_text import Section, markdown
 from movers_rule import STILL, share_in_view, speed_left
+from movers_walks import crossing_of, read_walks
 from movers_worlds import with_movers, world_of
 from omnipuck_sim.trial import run_trial
 
@@ -33,29 +39,34 @@ STRATEGIES = ("avoid", "bounce", "low_risk")
 JOBS = 2
 ALONE, MOVERS, FORESEEN = "alone", "movers", "foreseen"
 """Without movers; with movers; with movers, and limits.emerging_speed at the speed of the fastest."""
-Task = tuple[int, int, str, str]
-"""Number of the trial, first seed, strategy, and which of the three."""
+Task = tuple[int, int, str, str, str, str]
+"""Number of the trial, first seed, strategy, which of the three, LIDAR, and the file of walks or none."""
 
 
 def row_of(task: Task) -> dict[str, Any]:
     """The row of a trial: how it ended, when [s], and its touches of movers."""
-    index, seed, strategy, kind = task
-    world = world_of(index, seed)
-    values: dict[str, Any] = {"planner.strategy": strategy}
-    if kind != ALONE:
+    index, seed, strategy, kind, lidar, walks = task
+    world = crossing_of(read_walks(Path(walks)), index, seed) if walks else world_of(index, seed)
+    values: dict[str, Any] = {"planner.strategy": strategy, "lidar.sensor": lidar}
+    if kind == ALONE:
+        world = replace(world, movers=())
+    elif not walks:
         world = with_movers(world, index, seed)
     if kind == FORESEEN:
         values["limits.emerging_speed"] = max(mover.speed for mover in world.movers)
     settings = Settings().with_values(values)
     result = run_trial(world, settings, seed + index)
     places, touches = result.trajectory[:, 1:3], []
-    for (time, mover, speed), before in zip(result.touches, (-np.inf, *(t.time for t in result.touches)), strict=False):
+    owners = np.repeat(np.arange(len(world.movers)), [1 if each.kind == DISC else 2 for each in world.movers])
+    for (time, disc, speed), before in zip(result.touches, (-np.inf, *(t.time for t in result.touches)), strict=False):
         left = 0.0
         if speed > STILL:
-            in_view = share_in_view(world, places, result.movers, mover)
-            of_mover = result.movers[:, mover], in_view, time, speed
-            left = speed_left(result.trajectory, *of_mover, settings.robot, before)
-        touches.append({"time": time, "mover": mover, "speed": speed, "left": left})
+            own = np.flatnonzero(owners == owners[disc])
+            in_view = np.max([share_in_view(world, places, result.movers, each) for each in own], axis=0)
+            touched = result.movers[:, disc].copy()
+            touched[:, 2:4] = result.movers[:, own, 2:4].mean(axis=1)  # a person walks evenly, a leg does not
+            left = speed_left(result.trajectory, touched, in_view, time, speed, settings.robot, before)
+        touches.append({"time": time, "mover": int(owners[disc]), "speed": speed, "left": left})
     return {
         "task": task,
         "world": world.name,
@@ -110,6 +121,8 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=200, help="trials of each strategy with movers (default 200)")
     parser.add_argument("--seed", type=int, default=97000, help="of the first world, its movers and noise")
+    parser.add_argument("--walks", default="", metavar="FILE", help="recorded walks: walker, time [s], x, y [m]")
+    parser.add_argument("--lidar", choices=("ideal", "low_cost"), default="ideal", help="LIDAR of trials with movers")
     parser.add_argument("--foreseen", action="store_true", help="limits.emerging_speed is that of the fastest mover")
     parser.add_argument("--jobs", type=int, default=JOBS, help=f"processes (default {JOBS})")
     parser.add_argument("--out", type=Path, default=Path("runs/movers.json"), help="the figures; rows go to .jsonl")
@@ -117,7 +130,7 @@ def main(args: Sequence[str] | None = None) -> int:
     kind = FORESEEN if given.foreseen else MOVERS
     out, code = JsonLines(given.out.with_suffix(".jsonl")), trial_code()
     wanted: list[Task] = [
-        (index, given.seed, strategy, each)
+        (index, given.seed, strategy, each, given.lidar if each == kind else "ideal", given.walks)
         for index, strategy, each in product(range(given.trials), STRATEGIES, (kind, ALONE))
     ]
     there = {tuple(row["task"]) for row in out.records() if row["code"] == code}

@@ -14,13 +14,13 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from collplan_core.worlds import Mover, World, WorldError, load_world
-from collplan_core.worlds.movers import place_at
+from collplan_core.worlds.movers import DISC, HIP, KINDS, PERSON, place_at
 from collplan_core.worlds.route import free_space
 from omnipuck_sim.robot.walks import within_walls
 
 FAMILIES = ("random", "baffles", "floor")
-SPEEDS, RADII = (0.3, 1.2), (0.08, 0.13)
-"""[m/s], [m]"""
+SPEEDS, RADII = (0.3, 1.2), {DISC: (0.08, 0.13), PERSON: (0.05, 0.07)}
+"""[m/s], and of a disc and of each leg of a person [m]."""
 SPACING, ROOM = 0.05, 0.12
 """Spacing of the places that the shortest way leads over, and what it keeps from obstacles [m]."""
 PACE = 0.8
@@ -41,10 +41,11 @@ NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 class Scene(NamedTuple):
-    """Surroundings that a mover is drawn for: world, shortest way (n, 2) [m], its radius and speed, random numbers."""
+    """Surroundings that a mover is drawn for: world, shortest way (n, 2) [m], what it is, its speed, random numbers."""
 
     world: World
     way: np.ndarray
+    kind: str
     radius: float
     speed: float
     random: np.random.Generator
@@ -59,7 +60,7 @@ class Scene(NamedTuple):
         """The farthest place that the mover can walk to from a place in a direction [m]."""
         corners = self.world.bounds[:2], self.world.bounds[2:]
         leg = shapely.LineString([place, np.clip(place + most * direction, *corners)])
-        free = leg.intersection(free_space(self.world, self.radius))
+        free = leg.intersection(free_space(self.world, self.radius + HIP * (self.kind == PERSON)))
         if free.is_empty:
             raise WorldError("no room")
         first = min(shapely.get_parts(free), key=shapely.Point(place).distance)
@@ -103,11 +104,11 @@ def emerging(scene: Scene) -> tuple[list[np.ndarray], float]:
     return [hidden, scene.reach(place, place - hidden, 1.0)], share
 
 
-KINDS: dict[str, Callable[[Scene], tuple[list[np.ndarray], float]]] = {
+WAYS: dict[str, Callable[[Scene], tuple[list[np.ndarray], float]]] = {
     "crossing": crossing, "stopping": crossing, "turning": turning,
     "towards": towards, "beside": beside, "emerging": emerging,
 }  # fmt: skip
-OPEN = tuple(kind for kind in KINDS if kind != "emerging")
+OPEN = tuple(way for way in WAYS if way != "emerging")
 
 
 def world_of(index: int, seed: int) -> World:
@@ -132,9 +133,9 @@ def with_movers(world: World, index: int, seed: int) -> World:
 def _movers(world: World, way: np.ndarray, random: np.random.Generator) -> Iterator[Mover]:
     left = int(random.integers(1, 4))
     while left:
-        kind = str(random.choice(list(KINDS) if world.polygons else OPEN))
+        walks, kind = str(random.choice(list(WAYS) if world.polygons else OPEN)), str(random.choice(KINDS))
         try:
-            yield _drawn(kind, Scene(world, way, random.uniform(*RADII), random.uniform(*SPEEDS), random))
+            yield _drawn(walks, Scene(world, way, kind, random.uniform(*RADII[kind]), random.uniform(*SPEEDS), random))
         except ValueError:
             continue  # no room for it there
         left -= 1
@@ -151,20 +152,21 @@ def _is_passable(world: World) -> bool:
 
 def _is_open(world: World, time: float, room: tuple[float, float]) -> bool:
     """Returns whether a way leads to the goal, with this `room` to obstacles and to the movers of that time [m]."""
-    discs = [shapely.Point(place_at(mover, time)).buffer(mover.radius + room[1]) for mover in world.movers]
+    discs = [shapely.Point(place_at(mover, time)).buffer(mover.reach + room[1]) for mover in world.movers]
     parts = shapely.get_parts(free_space(world, room[0]).difference(shapely.union_all(discs)))
     ends = shapely.points([world.start, world.goal])
     return any(shapely.distance(part, ends).max() < BESIDE for part in parts)
 
 
-def _drawn(kind: str, scene: Scene) -> Mover:
+def _drawn(walks: str, scene: Scene) -> Mover:
     """Raises ValueError where it has no room, or begins at the robot."""
-    points, share = KINDS[kind](scene)
+    points, share = WAYS[walks](scene)
     random = scene.random
     meets = share * SPACING * len(scene.way) / PACE + random.uniform(-0.5, 0.5)
     delay = max(0.0, meets - float(np.hypot(*(scene.at(share)[0] - points[0]))) / scene.speed)
-    pause = random.uniform(0.5, 1.5) if kind == "stopping" else 0.0
-    mover = Mover(scene.radius, np.array(points), scene.speed, bool(random.random() < 0.7), delay, pause)
+    pause = random.uniform(0.5, 1.5) if walks == "stopping" else 0.0
+    again = bool(random.random() < 0.7)
+    mover = Mover(scene.radius, np.array(points), scene.speed, again, delay, pause, kind=scene.kind)
     mover = within_walls(replace(scene.world, movers=(mover,)), 0)
     short = np.hypot(*np.diff(mover.way, axis=0).T).sum() < 0.2
     if short or np.hypot(*(mover.way[0] - scene.way[0])) < ASIDE:

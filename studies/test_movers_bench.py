@@ -5,10 +5,12 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
+from collplan_core.worlds.movers import place_at
 from collplan_core.worlds.route import clearance
 from collplan_core.worlds.shapes import obstacle_at
 from movers_bench import ALONE, MOVERS, figures, main
 from movers_rule import REACTION, SEEN, STILL, share_in_view, speed_left
+from movers_walks import crossing_of, read_walks
 from movers_worlds import ASIDE, FAMILIES, RADII, SPEEDS, shortest_way, with_movers, world_of
 
 ROBOT = Settings().robot
@@ -119,8 +121,8 @@ def test_movers_are_drawn_anew_the_same_with_room_and_away_from_the_robot(index)
     for mover, again in zip(drawn.movers, with_movers(world_of(index, 5), index, 5).movers, strict=True):
         np.testing.assert_array_equal(mover.way, again.way)
         assert SPEEDS[0] <= mover.speed <= SPEEDS[1]
-        assert RADII[0] <= mover.radius <= RADII[1]
-        assert clearance(world, mover.way[0], mover.radius) > -1e-4
+        assert RADII[mover.kind][0] <= mover.radius <= RADII[mover.kind][1]
+        assert clearance(world, mover.way[0], mover.reach) > -1e-4
         assert np.hypot(*(mover.way[0] - world.start)) > ASIDE - 0.05
     way = shortest_way(world)
     assert not any(obstacle_at(world, place) for place in way)
@@ -161,3 +163,18 @@ def test_the_command_runs_what_is_missing_and_writes_the_figures(tmp_path, capsy
     assert main(args) == 0
     assert out.read_text() == first
     assert "of" not in capsys.readouterr().err
+
+
+def test_a_robot_crosses_recorded_walks_to_a_goal_that_stays_free(tmp_path):
+    file = tmp_path / "walks.csv"
+    places = [(k, 0.4 * i, 0.5 * i, 0.8 * k) for k in range(3) for i in range(8)]
+    file.write_text("walker,time_s,x_m,y_m\n" + "\n".join(",".join(map(str, row)) for row in places), encoding="utf-8")
+    world = crossing_of(read_walks(file), 0, 5)
+    assert 1 <= len(world.movers) <= 3
+    for mover in world.movers:
+        away = [np.hypot(*(np.array(place_at(mover, time)) - world.goal)) for time in np.arange(3.0, 20.0, 0.2)]
+        assert min(away) > 0.69
+        assert place_at(mover, 20.0)[0] > 3.5  # who leaves the record walks on
+    file.write_text("a,b\n1,2,3\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"walks.csv: expected a table of walker, time"):
+        read_walks(file)

@@ -1,5 +1,7 @@
 """What moves, from scans alone: walls never do, a disc that walks is found, followed and left out of the map."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,7 +18,9 @@ from collplan_core.sensing.scan_consistency import range_noise
 from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
-from collplan_core.worlds import parse_world
+from collplan_core.worlds import Mover, parse_world
+from collplan_core.worlds.gait import discs_at, gait_of
+from collplan_core.worlds.movers import PERSON
 
 SETTINGS = Settings()
 PERIOD = 0.05
@@ -29,8 +33,10 @@ ROOM = parse_world(
     },
     "room",
 )
+HALL = parse_world({"name": "hall", "bounds": [-10.0, -10.0, 13.0, 13.0]}, "hall")
 WALK = np.array([0.4, 1.6])
 """Where a mover begins to walk along x."""
+STOP = WALK + np.array([0.5, 0.0])
 
 
 def drive(n: int, velocity=(0.0, 0.0), begin=(0.5, 0.4), yaw_rate: float = 0.0) -> list[State]:
@@ -43,7 +49,8 @@ def scans_of(states, noise: float = 0.0, seed: int = 0, mover=lambda t: None, ra
     lidar = InstantLidar(world, Lidar(range_noise=noise), seed, history)
     for state in states:
         place = mover(state.stamp)
-        history.add(state.stamp, np.zeros((0, 3)) if place is None else np.array([[*place, radius]]))
+        places = np.array([] if place is None else place).reshape(-1, 2)
+        history.add(state.stamp, np.column_stack([places, np.full(len(places), radius)]))
         scans.append(lidar.scan(state))
     return scans
 
@@ -89,9 +96,8 @@ def test_a_disc_that_sets_out_is_followed(speed):
 
 
 def test_a_disc_is_followed_in_a_hall_wider_than_the_range():
-    hall = parse_world({"name": "hall", "bounds": [-10.0, -10.0, 13.0, 13.0]}, "hall")
     states, walk = drive(21), walks(0.6)
-    last = sort_all(states, scans_of(states, mover=walk, world=hall))[-1].movers
+    last = sort_all(states, scans_of(states, mover=walk, world=HALL))[-1].movers
     assert len(last) == 1
     assert np.hypot(*(last.positions[0] - walk(last.stamp))) < 0.06
 
@@ -106,6 +112,43 @@ def test_what_stops_stays_a_mover_and_what_is_seen_through_is_gone():
     assert all(len(movers) == 1 for movers in standing)
     np.testing.assert_allclose(standing[-1].velocities, 0.0, atol=0.02)
     assert not len(found[-1].movers)
+
+
+@pytest.mark.parametrize("leaves", [np.inf, 3.0])
+def test_who_walked_in_is_no_wall_even_if_hidden_until_its_place_is_seen_free(leaves):
+    def mover(t):
+        return None if t > leaves else walks(0.5)(min(t, 1.3))
+
+    states = drive(110)
+    scans = scans_of(states, mover=mover)
+    towards = STOP - states[0].position
+    ahead = np.abs(scans[0].angles - np.arctan2(*towards[::-1])) < 0.4
+    hidden = [replace(s, ranges=np.where(ahead & (2.0 < s.stamp < 4.0), np.nan, s.ranges)) for s in scans]
+    found = sort_all(states, hidden)
+    assert all(len(returns.movers) == 1 for returns in found[20:79])
+    np.testing.assert_allclose(found[70].movers.positions[0], STOP, atol=0.06)
+    assert len(found[-1].movers) == (leaves == np.inf)
+    near = [np.abs(s.ranges - np.hypot(*towards)) < 0.2 for s in scans]
+    if leaves == np.inf:
+        assert not any(
+            (returns.kinds[of & ahead] == STANDS).any() for returns, of in zip(found[20:], near[20:], strict=True)
+        )
+
+
+def test_a_person_is_one_mover_with_two_legs_and_one_velocity():
+    way = np.array([[0.3, 1.5], [2.8, 1.5]])
+    person = Mover(0.06, way, 0.8, to_and_fro=False, delay=0.3, kind=PERSON)
+    gait, states = gait_of(person), drive(40)
+    found = sort_all(states, scans_of(states, mover=lambda t: discs_at(gait, t), radius=0.06, world=HALL))
+    walking = [returns.movers for returns in found[16:]]
+    assert all(len(movers) in (1, 2) and len(movers.whole[0]) == 1 for movers in walking)
+    assert sum(len(movers) == 2 for movers in walking) > 0.7 * len(walking)
+    both = [movers for movers in walking if len(movers) == 2]
+    assert np.ptp([movers.velocities[:, 0] for movers in both], axis=1).max() == 0.0
+    np.testing.assert_allclose(np.mean([movers.velocities[0] for movers in both], axis=0), (0.8, 0.0), atol=0.15)
+    for movers in both:
+        middle, radius = movers.whole[1][0, :2], movers.whole[1][0, 4]
+        assert (np.hypot(*(movers.positions - middle).T) + movers.radii < radius + 1e-9).all()
 
 
 def test_a_scan_that_comes_again_for_one_pose_makes_no_speed():

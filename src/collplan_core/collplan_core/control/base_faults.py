@@ -90,10 +90,14 @@ class BaseFaults:
         times = begin + STEP * np.arange(round(WINDOW / STEP) + 1)
         moved = np.column_stack([np.interp(times, self._motion[:, 0], self._motion[:, k]) for k in (1, 2)])
         self._sentences, followed = zip(*_followed(told, self._fastest), strict=True)
-        commands, acceleration = [np.hstack([sent, each]) for each in followed], self._law.max_acceleration
-        lags = [share * self._law.lag for share in LAGS]
-        ways = [[misfits(each, moved, begin, _ROWS, acceleration, lag)[:, 0] for lag in lags] for each in commands]
-        fits = np.reshape(ways, (len(ways), -1))
+        # where all commands are slow, or fast, some bases follow them alike
+        commands = {each.tobytes(): np.hstack([sent, each]) for each in followed}
+        lags, acceleration = [share * self._law.lag for share in LAGS], self._law.max_acceleration
+        ways = {
+            key: np.concatenate([misfits(each, moved, begin, _ROWS, acceleration, lag)[:, 0] for lag in lags])
+            for key, each in commands.items()
+        }
+        fits = np.array([ways[each.tobytes()] for each in followed])
         # noise of single velocities would be taken for speed
         speed = float(np.hypot(*moved[-5:].mean(axis=0)))
         if fits.min() < MOST:  # else something else moves it, or commands are turned

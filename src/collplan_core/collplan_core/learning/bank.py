@@ -50,6 +50,30 @@ class Bank(NamedTuple):
 
 
 @njit
+def compare(
+    fields: tuple, commands: np.ndarray, begin: float, pose: tuple, variance: float, best: int, most: tuple
+) -> tuple[float, float, bool]:
+    """Moves the models awake from `begin` on [s], and lets them take a pose but for an outlier.
+
+    Args:
+        fields: fields of a Bank: a plain tuple costs a fifth of a named one to hand over.
+        commands: as in `foresee`.
+        pose: stamp [s], x, y [m], yaw [rad]; variance: of its position by axis [m^2]; best: the best model.
+        most: square of an error, of `judge`, of an outlier, and by how much the best may be behind the nearest.
+
+    Returns:
+        square of the error of the best, how far apart the models are by what the pose told, and if it is an outlier.
+    """
+    bank, (stamp, x, y, yaw), (outlier, behind) = Bank(*fields), pose, most
+    foresee(bank, commands, begin, stamp, yaw)
+    square, least = judge(bank, x, y, variance, best)
+    is_outlier = min(square, least + behind) > outlier
+    if not is_outlier:
+        take(bank, x, y, variance)
+    return square, bank.told.max() - bank.told.min(), is_outlier
+
+
+@njit
 def foresee(bank: Bank, commands: np.ndarray, begin: float, end: float, yaw: float) -> None:
     """Moves the models awake from `begin` to `end` [s], under the mean of the commands that act then.
 
@@ -166,15 +190,17 @@ def take(bank: Bank, x: float, y: float, variance: float) -> None:
 
 
 @njit
-def learn(bank: Bank, kept: float, worth: float, most: float, deepest: float) -> int:
-    """Adds what the position told to the scores, and returns the best.
+def learn(fields: tuple, kept: float, worth: float, most: float, deepest: float, behind: float) -> int:
+    """Adds what the position told to the scores, lets sleep what is `behind` the best, and returns the best.
 
     Args:
+        fields: fields of a Bank.
         kept: share of the scores that is kept; the rest fades to the prior.
         worth: weight of a position; most: most by which one moves a score.
         deepest: most by which a score is behind the best, but for neighbours in acceleration: between them it is read
             off.
     """
+    bank = Bank(*fields)
     scores, prior, told = bank.scores, bank.prior, bank.told
     top, k, n = told.max(), len(bank.lags), len(bank.accelerations)
     for m in range(len(scores)):
@@ -184,6 +210,7 @@ def learn(bank: Bank, kept: float, worth: float, most: float, deepest: float) ->
     for row in range(0, len(scores), k):
         if abs(row // k % n - best // k % n) > 1:
             scores[row : row + k] = np.maximum(scores[row : row + k], -deepest)
+    wake(bank, best, behind)
     return best
 
 

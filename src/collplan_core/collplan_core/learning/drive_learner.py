@@ -12,7 +12,7 @@ import numpy as np
 
 from collplan_core.control.stuck import with_row
 from collplan_core.jit import njit
-from collplan_core.learning.bank import Bank, foresee, judge, learn, take, wake
+from collplan_core.learning.bank import Bank, compare, learn
 from collplan_core.learning.drive import Drive, Learnt, LearntDrive
 
 WAIT, BEFORE, AFTER = 0.12, 0.11, 0.05
@@ -140,23 +140,22 @@ class DriveLearner:
     def _compare(self, pose: _Pose, begin: float, variance: float) -> None:
         """Compares the models, from `begin` on [s], by a mean of poses, of that variance by axis [m^2]."""
         self._at = pose.stamp
-        foresee(self._bank, self._commands, begin, pose.stamp, pose.yaw)
-        square, least = judge(self._bank, pose.x, pose.y, variance, self._best)
-        if min(square, least + MOST) > OUTLIER:
+        bank, limits = tuple(self._bank), (OUTLIER, MOST)
+        square, apart, is_outlier = compare(bank, self._commands, begin, tuple(pose), variance, self._best, limits)
+        if is_outlier:
             self._in_a_row += 1
             if self._in_a_row >= IN_A_ROW:
                 self._end_stretch()
             return
-        take(self._bank, pose.x, pose.y, variance)
         self._in_a_row, self._unscored = 0, self._unscored - 1
         if self._unscored >= 0:
             return
         self._misfit += (0.5 * square - self._misfit) / MISFIT_POSES
-        if np.ptp(self._bank.told) > IDLE:
+        if apart > IDLE:
             self.driven += pose.stamp - begin
             kept = math.exp((begin - pose.stamp) / FORGET)
-            self._best = learn(self._bank, kept, 1.0 / max(1.0, self._misfit), MOST, DEEPEST)
-            wake(self._bank, self._best, BEHIND if self._misfit < ROUSED else math.inf)
+            behind = BEHIND if self._misfit < ROUSED else math.inf
+            self._best = learn(bank, kept, 1.0 / max(1.0, self._misfit), MOST, DEEPEST, behind)
 
     def _measure_noise(self, pose: _Pose) -> None:
         """Third differences leave out a constant acceleration, and have 20 times the variance of a pose."""

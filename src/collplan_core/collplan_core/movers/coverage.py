@@ -81,6 +81,7 @@ def with_view(before: Coverage | None, seen: SeenSurfaces, state: State, radius:
     return coverage, Unseen(seen.stamp, places, edges, float(widths.sum()), faces)
 
 
+@njit
 def gaps_between(measured: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """First and last beam of each pair of neighbours that measured anything, and of those with something between.
 
@@ -93,8 +94,8 @@ def gaps_between(measured: np.ndarray, step: float) -> tuple[np.ndarray, np.ndar
     Returns:
         (m, 2) and (g, 2) numbers of beams.
     """
-    beams = np.flatnonzero(measured).astype(float)
-    gaps = np.column_stack([beams, np.append(beams[1:], beams[0] + math.tau / step)])
+    beams = np.flatnonzero(measured).astype(np.float64)
+    gaps = np.column_stack((beams, np.append(beams[1:], beams[0] + math.tau / step)))
     apart = gaps[:, 1] - gaps[:, 0]
     return gaps, gaps[(apart > NEXT) & (apart * step * REACH > NARROW)]
 

@@ -1,10 +1,13 @@
 """Sorts the returns of a scan into what stands, what moves and what is new, and follows what moves.
 
 A return that lies inside the free space of an earlier scan, deeper than a margin, came there by moving. One on a
-surface that an earlier scan showed at the same place stands. All else is new: what comes into view behind a tip, and
-what nothing vouches for.
+surface that an earlier scan showed at the same place stands, whatever another one saw there. All else is new: what
+comes into view behind a tip, and what nothing vouches for. Who has walked in is remembered where it stopped, until a
+scan shows the place free.
 """
 
+import math
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +21,7 @@ from collplan_core.movers.tracks import (
     MOST_RADIUS,
     Cluster,
     Track,
+    persons_of,
     with_clusters,
 )
 from collplan_core.movers.views import View, look_at_each, saw_free, view_of, without_surfaces
@@ -43,6 +47,10 @@ BEFORE_FIRST = (0.0, 0.1, 0.2, 0.3)
 """A mover's returns were new for so long before its first sight [s]."""
 LOOKED_BACK = (CONFIRMED, 4, 8)
 """Numbers of sights at which a mover is taken out of what earlier scans vouch for: before it set out, it stood."""
+AROUND = 0.15
+"""A person's body around a leg: what is so near to who walked in is no wall that stood there [m]."""
+MOST_STOPPED = 20
+"""Movers that are remembered where they stopped; the oldest are forgotten first."""
 SEEN_THROUGH = 0.5
 """A mover's place is seen through where its centre is free to this share of its radius."""
 
@@ -87,7 +95,11 @@ def find_movers(
         kinds[groups[k]] = MOVES
     moves = kinds == MOVES
     newest = view._replace(stands=seen.joined & ~moves & ~np.roll(moves, -1))
-    tracks = tuple(each for each in tracks if _is_expected(each, newest, finding))
+    tracks = _expected(tracks, newest, kinds, finding)
+    walkers = [each for each in tracks if each.is_walker]
+    newest = without_surfaces(
+        newest, np.array([(*each.centers[-1], each.radius + AROUND) for each in walkers]).reshape(-1, 3)
+    )
     known = [track for track in tracks if track.sights >= CONFIRMED]
     swept = _swept(known)
     if any(track.sights in LOOKED_BACK and track.last_seen == seen.stamp for track in known):
@@ -103,21 +115,23 @@ def _compared(
     moved, stands = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
     if finding.standing_time == 0.0:
         stands |= looked
-    for earlier in _of_ages(views, view.stamp, (*AGES, finding.standing_time)):
-        old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
-        in_place = IN_PLACE if old else 0.0
-        look_at_each(earlier, view.hits, looked, moved, stands, finding.margin, in_place)
-    return moved, stands & ~moved
+    chosen = _of_ages(views, view.stamp, (*AGES, finding.standing_time))
+    n_old = sum(view.stamp - each.stamp > finding.standing_time - 1e-6 for each in chosen)
+    # nearly all returns stand by the newest view that can tell so, and are then done
+    for k, earlier in enumerate((*reversed(chosen[:n_old]), *chosen[n_old:])):
+        reach = finding.margin, IN_PLACE if k < n_old else 0.0
+        look_at_each(earlier[1:], view.hits, looked, moved, stands, reach)
+    return moved & ~stands, stands
 
 
 def _of_ages(views: tuple[View, ...], stamp: float, wanted: tuple[float, ...]) -> list[View]:
     """The views, the oldest first, whose ages are nearest to those wanted [s], none twice; of two as near the older."""
-    ages, nearest, i = [stamp - each.stamp for each in views], set[int](), len(views) - 1
-    for age in sorted(wanted) if views else ():
-        if age < ages[0] + 0.03:
-            while i > 0 and abs(ages[i - 1] - age) <= abs(ages[i] - age):
-                i -= 1
-            nearest.add(i)
+    nearest = set[int]()
+    for age in wanted if views else ():
+        if age < stamp - views[0].stamp + 0.03:
+            i = min(bisect_left(views, -age, key=lambda each: each.stamp - stamp), len(views) - 1)
+            older = i > 0 and abs(stamp - views[i - 1].stamp - age) <= abs(stamp - views[i].stamp - age)
+            nearest.add(i - older)
     return [views[i] for i in sorted(nearest)]
 
 
@@ -174,14 +188,24 @@ def _disc(beams: np.ndarray, view: View) -> tuple[np.ndarray, float]:
     return sensor + (front + radius) * middle / max(float(np.hypot(*middle)), 1e-9), radius
 
 
-def _is_expected(track: Track, newest: View, finding: MoverFinding) -> bool:
-    """Returns whether a track goes on: seen lately, and its place not seen through since."""
-    if track.last_seen == newest.stamp:
-        return True
-    if newest.stamp - track.last_seen > finding.kept:
-        return False
-    x, y = track.motion_at(newest.stamp)[0].tolist()
-    return not saw_free(newest, x, y, SEEN_THROUGH * track.radius)
+def _expected(tracks: tuple[Track, ...], newest: View, kinds: np.ndarray, finding: MoverFinding) -> tuple[Track, ...]:
+    """The tracks that go on: seen lately, or of who stopped; none whose place is seen through, or is an old wall."""
+    going = list[Track]()
+    for track in tracks:
+        late = newest.stamp - track.last_seen
+        if late > 0.0:
+            x, y = track.motion_at(newest.stamp)[0].tolist()
+            if saw_free(newest, x, y, SEEN_THROUGH * track.radius):
+                continue
+        if late > finding.kept:
+            near = np.hypot(*(newest.hits - track.centers[-1]).T) < track.radius
+            forgotten = 0.0 < finding.memory < newest.stamp - min(track.stopped, track.last_seen)
+            if not track.is_walker or forgotten or (near & (kinds == STANDS)).sum() >= FEWEST:
+                continue
+            track = track.where_it_stopped(newest.stamp)
+        going.append(track)
+    stopped = [each for each in going if each.stopped < math.inf]
+    return tuple(each for each in going if each not in stopped[:-MOST_STOPPED])
 
 
 def _swept(known: list[Track]) -> np.ndarray:
@@ -202,12 +226,13 @@ def _trails(known: list[Track]) -> np.ndarray:
 def _movers(known: list[Track], stamp: float, finding: MoverFinding) -> Movers:
     if not known:
         return replace(NO_MOVERS, stamp=stamp)
-    motions = [track.motion_at(stamp) for track in known]
+    motions, persons = [track.motion_at(stamp) for track in known], persons_of(known)
+    velocities = np.array([velocity for _, velocity in motions])
     return Movers(
         stamp,
-        np.array([track.number for track in known]),
+        persons,
         np.array([place for place, _ in motions]),
-        np.array([velocity for _, velocity in motions]),
+        np.array([velocities[persons == each].mean(axis=0) for each in persons]),
         np.array([track.radius for track in known]),
         np.array([finding.growth + GROWTH_OF_FEW / track.sights for track in known]),
         np.array([track.last_seen for track in known]),

@@ -9,11 +9,11 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Movers:
-    """Discs that move, as the scans up to `stamp` show them, world frame.
+    """Discs that move, as the scans up to `stamp` show them, world frame; a person is the discs of two legs.
 
     Attributes:
         stamp: stamp of the newest of these scans [s].
-        numbers: (k,) number of each, the same in every scan.
+        numbers: (k,) number of the mover that each is a part of, the same in every scan; the legs of a person have one.
         positions: (k, 2) of their centres at the stamp [m].
         velocities: (k, 2) [m/s].
         radii: (k,) [m].
@@ -30,7 +30,7 @@ class Movers:
     seen: np.ndarray
 
     def __len__(self) -> int:
-        """Number of movers."""
+        """Number of discs."""
         return len(self.radii)
 
     @cached_property
@@ -41,6 +41,17 @@ class Movers:
         """
         reached = self.radii + self.growths * (self.stamp - self.seen)
         return np.column_stack([self.positions, self.velocities, reached, self.growths])
+
+    @property
+    def whole(self) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers (m,) of whole movers, and (m, 5) x, y, vx, vy, radius of the disc that holds all parts of each."""
+        numbers, rows = np.unique(self.numbers), list[np.ndarray]()
+        for number in numbers:
+            of = self.numbers == number
+            middle = self.positions[of].mean(axis=0)
+            radius = (np.hypot(*(self.positions[of] - middle).T) + self.radii[of]).max()
+            rows.append(np.array([*middle, *self.velocities[of].mean(axis=0), radius]))
+        return numbers, np.array(rows).reshape(-1, 5)
 
     def rows_at(self, now: float) -> np.ndarray:
         """(k, 6) the same at another time `now` [s], predicted at constant velocity."""

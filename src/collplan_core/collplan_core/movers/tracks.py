@@ -1,10 +1,12 @@
 """Movers over the scans: each cluster of returns continues a track or begins one."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 KEPT_SIGHTS = 8
 """Newest sights of a track that are kept."""
@@ -17,6 +19,8 @@ TRAIL_STEP, TRAIL_TIME = 0.15, 3.0
 """Distance between the places of a trail [m], and its length [s]: who walks there may come back."""
 WALKED = 0.15
 """A track that has come so far from its first sight goes on where it stops [m]: walls beside a mover come nowhere."""
+WALKED_IN = 0.5
+"""One that has come so far is remembered where it stops [m]."""
 STAYED = 20
 """So many sights show the same: who came to a stand where the robot first saw them is a mover nevertheless."""
 FASTEST = 2.5
@@ -27,6 +31,8 @@ GROWTH_OF_FEW = 1.2
 """Growth added to a track, by its number of sights: its velocity is not known yet [m/s]."""
 LEAST_RADIUS, MOST_RADIUS = 0.10, 0.30
 """Bounds of a mover's radius, of which a scan shows a part [m]."""
+STEP, BESIDE = 0.8, 0.45
+"""Largest distance between the legs of a person at each sight that is kept, and at the nearest of these [m]."""
 CONFIRMED = 2
 """Sights from which on a track counts: a single cluster may be of chance."""
 
@@ -54,6 +60,7 @@ class Track:
         first: (2,) its first centre [m].
         newest: (m, 4) stamp [s], centre and radius [m] of the newest of these.
         trail: (h, 3) stamp [s] and centre [m] of sights about TRAIL_STEP apart in the last TRAIL_TIME.
+        stopped: since when it is remembered where it stopped, unseen [s]; inf while it is seen.
     """
 
     number: int
@@ -61,12 +68,18 @@ class Track:
     first: np.ndarray
     newest: np.ndarray
     trail: np.ndarray
+    stopped: float = math.inf
 
     def seen_again(self, time: float, cluster: Cluster) -> "Track":
         """The track with one more sight, in place of those that are not older: a scan may come again for one pose."""
         newest = np.vstack([self.newest[self.newest[:, 0] < time], [time, *cluster.center, cluster.radius]])
         trail = _with_place(self.trail, time, cluster.center)
-        return replace(self, sights=self.sights + 1, newest=newest[-KEPT_SIGHTS:], trail=trail)
+        return replace(self, sights=self.sights + 1, newest=newest[-KEPT_SIGHTS:], trail=trail, stopped=math.inf)
+
+    def where_it_stopped(self, time: float) -> "Track":
+        """The track of one that has been out of sight for long, and is taken to stand at its last place."""
+        newest = np.array([[time, *self.centers[-1], self.radius]])
+        return replace(self, newest=newest, stopped=min(self.stopped, self.last_seen))
 
     @property
     def centers(self) -> np.ndarray:
@@ -77,6 +90,11 @@ class Track:
     def has_walked(self) -> bool:
         """True once the mover is away from its first place, or was seen in it often enough."""
         return self.sights >= STAYED or float(np.hypot(*(self.centers[-1] - self.first))) > WALKED
+
+    @property
+    def is_walker(self) -> bool:
+        """True once it has come from elsewhere: it is no wall where it stops."""
+        return self.sights >= CONFIRMED and float(np.hypot(*(self.centers[-1] - self.first))) > WALKED_IN
 
     @property
     def last_seen(self) -> float:
@@ -105,6 +123,20 @@ class Track:
         """Place (2,) [m] and velocity (2,) [m/s] at a time [s]."""
         newest, velocity = self._fit
         return newest + velocity * (time - self.last_seen), velocity
+
+
+def persons_of(tracks: list[Track]) -> np.ndarray:
+    """(k,) number of the person whose leg each track is, the least of its tracks: legs that go together are one's."""
+    together = [[_go_together(one, other) for other in tracks] for one in tracks]
+    numbers, (_, person) = np.array([track.number for track in tracks]), connected_components(np.array(together))
+    return np.array([numbers[person == each].min() for each in person])
+
+
+def _go_together(one: Track, other: Track) -> bool:
+    """Returns whether two tracks were never more than a step apart and once beside one another: who passes was not."""
+    _, i, k = np.intersect1d(one.newest[:, 0], other.newest[:, 0], return_indices=True)
+    apart = np.hypot(*(one.newest[i, 1:3] - other.newest[k, 1:3]).T)
+    return len(apart) > 0 and apart.max() < STEP and apart.min() < BESIDE
 
 
 def _with_place(trail: np.ndarray, time: float, center: np.ndarray) -> np.ndarray:

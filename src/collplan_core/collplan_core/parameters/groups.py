@@ -298,6 +298,7 @@ class MoverFinding(Parameters):
     margin: float = parameter(0.03, "A return so deep in space that was seen to be free has come there by moving; noise of ranges and the spacing of beams are added", unit="m", low=0.01, high=0.3)
     standing_time: float = parameter(0.25, "A surface that stayed in place for so long stands; bounce and tolerate choose no other for a contact within that time and 0.35 s. 0 takes any", unit="s", low=0.0, high=3.0)
     kept: float = parameter(0.6, "Time for which a mover that is out of sight is still expected", unit="s", low=0.05, high=5.0)
+    memory: float = parameter(60.0, "Time for which a mover that stopped and is hidden is remembered as one, and no wall to hit, unless a scan shows its place free before. 0 is no limit", unit="s", low=0.0, high=3600.0)
     growth: float = parameter(0.25, "How fast a mover may leave its predicted way, K of S = K T + C", unit="m/s", low=0.0, high=5.0)
     clearance: float = parameter(0.05, "Distance kept from a mover, C of S = K T + C", unit="m", low=0.0, high=1.0)
 

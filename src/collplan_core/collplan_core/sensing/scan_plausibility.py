@@ -6,6 +6,7 @@ too while the robot moves. Where too few walls are near, a scan that lies may pa
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -54,7 +55,7 @@ class ScanMemory:
     pose: tuple[float, float, float] = (math.nan, math.nan, math.nan)
     blind: tuple[int, ...] = ()
 
-    @property
+    @cached_property
     def vouches(self) -> bool:
         """Whether there are walls enough to tell that the next scan lies."""
         return sum(float(walls[:, 4].sum()) for _, walls in self.walls) >= FEWEST

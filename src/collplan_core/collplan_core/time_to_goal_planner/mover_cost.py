@@ -66,6 +66,8 @@ def discs_and_trails(local_map: LocalMap, now: float, settings: Settings) -> tup
         and weight.
     """
     returns, radius = local_map.returns, settings.robot.radius
+    if not (len(returns.movers) or len(returns.trails) or len(local_map.unseen.places)):
+        return np.zeros((0, 6)), np.zeros((0, 4))
     discs, trails = returns.movers.rows_at(now), np.column_stack([returns.trails, np.ones(len(returns.trails))])
     discs[:, 4] += radius + settings.movers.clearance
     discs[:, 5] *= np.minimum(1.0, np.hypot(discs[:, 2], discs[:, 3]) / WALKING)

@@ -59,7 +59,7 @@ def check_movers_apart(world: World, start: np.ndarray, radius: float) -> None:
         WorldError: one does.
     """
     for i, mover in enumerate(world.movers):
-        apart, least = float(np.hypot(*(mover.way[0] - start))), mover.radius + radius
+        apart, least = float(np.hypot(*(mover.way[0] - start))), mover.reach + radius
         if apart < least:
             key = f"{world.called}: movers[{i}].way[0]: {mover.way[0].tolist()}"
             raise WorldError(f"{key} is {apart:.2f} m from the robot's start, expected at least {least:g} m")

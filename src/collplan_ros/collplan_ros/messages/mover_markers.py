@@ -42,6 +42,6 @@ def movers_to_markers(
 
 
 def found_to_markers(found: Movers, stamp: float, frame: str) -> MarkerArray:
-    """Message of the movers that a robot has found, at a stamp [s]; their radii are those of what was seen."""
-    rows = np.column_stack([found.positions, found.velocities, found.radii])
-    return movers_to_markers(stamp, rows, frame, FOUND, found.numbers.tolist())
+    """Message of the movers that a robot has found, at a stamp [s], each as the disc that holds all its parts."""
+    numbers, rows = found.whole
+    return movers_to_markers(stamp, rows, frame, FOUND, numbers.tolist())

@@ -9,7 +9,7 @@ more than the robot that no hit changes its motion. Movers walk through each oth
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import hypot
 from typing import NamedTuple
@@ -19,7 +19,8 @@ import shapely
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import Mover, World, WorldError
-from collplan_core.worlds.movers import place_at, turned
+from collplan_core.worlds.gait import Gait, discs_at, gait_of
+from collplan_core.worlds.movers import turned
 from collplan_core.worlds.route import free_space
 from omnipuck_sim.robot.drive import VX, VY, X, Y
 
@@ -37,7 +38,7 @@ class Touch(NamedTuple):
 
     Attributes:
         time: time of its begin [s].
-        mover: number of the mover.
+        mover: number of its disc among `Walks.discs`.
         speed: the robot's own speed towards the mover just before, negative away from it [m/s].
     """
 
@@ -48,19 +49,21 @@ class Touch(NamedTuple):
 
 @dataclass(eq=False)
 class _Walk:
-    """One mover: its time, which stands still when it does, since when it meets the robot, and whether they touch."""
+    """One mover: its time, which stands still when it does, since when it meets the robot, and which discs touch it."""
 
-    mover: Mover
+    gait: Gait
+    rows: range
     time: float = 0.0
     met: float | None = None
-    touches: bool = False
+    touching: set[int] = field(default_factory=set)
 
 
 class Walks:
     """All movers of a world, step by step.
 
     Attributes:
-        discs: (k, 5) x, y [m], vx, vy [m/s], radius [m] of each; in a step its place before, its velocity during it.
+        discs: (k, 5) x, y [m], vx, vy [m/s], radius [m] of each disc, two of a person; in a step its place before, its
+            velocity during it.
         touches: touches so far. May be emptied.
     """
 
@@ -68,41 +71,57 @@ class Walks:
         """Raises WorldError where a mover begins in an obstacle."""
         self._radius, self._step = settings.robot.radius, 1.0 / settings.simulator.physics_rate
         self._strike = settings.simulator.contact_time
-        self._walks = [_Walk(within_walls(world, i)) for i in range(len(world.movers))]
-        rows = [(*place_at(mover, 0.0), 0.0, 0.0, mover.radius) for mover in world.movers]
+        self._walks: list[_Walk] = []
+        rows: list[tuple[float, ...]] = []
+        for i in range(len(world.movers)):
+            gait = gait_of(within_walls(world, i))
+            discs = discs_at(gait, 0.0)
+            self._walks.append(_Walk(gait, range(len(rows), len(rows) + len(discs))))
+            rows += [(*place, 0.0, 0.0, gait.mover.radius) for place in discs]
         self.discs = np.array(rows).reshape(-1, 5)
         self.touches: list[Touch] = []
 
     def begin(self, time: float, motion: Sequence[float]) -> None:
         """Chooses the velocities of the step that begins at `time` [s], in which the robot has this motion (8,)."""
-        for number, walk in enumerate(self._walks):
-            mover, step = walk.mover, self._step
-            (x, y), (next_x, next_y) = place_at(mover, walk.time), place_at(mover, walk.time + step)
-            vx, vy = (next_x - x) / step, (next_y - y) / step
-            apart_x, apart_y = motion[X] - x, motion[Y] - y
-            gap = hypot(apart_x + step * (motion[VX] - vx), apart_y + step * (motion[VY] - vy))
-            gap -= self._radius + mover.radius
-            ahead = vx * apart_x + vy * apart_y > 0.0
+        for walk in self._walks:
+            mover, step = walk.gait.mover, self._step
+            discs, after = discs_at(walk.gait, walk.time), discs_at(walk.gait, walk.time + step)
+            moves = [((x1 - x0) / step, (y1 - y0) / step) for (x0, y0), (x1, y1) in zip(discs, after, strict=True)]
+            aparts = [(motion[X] - x, motion[Y] - y) for x, y in discs]
+            gaps = [
+                hypot(x + step * (motion[VX] - vx), y + step * (motion[VY] - vy)) - (self._radius + mover.radius)
+                for (x, y), (vx, vy) in zip(aparts, moves, strict=True)
+            ]
+            (vx, vy), (apart_x, apart_y) = _mean(moves), _mean(aparts)
+            gap, ahead = min(gaps), vx * apart_x + vy * apart_y > 0.0
             if walk.met is None and ahead and gap <= 0.0:
                 walk.met = time
             elif walk.met is not None and not (ahead and gap < CLEARED):
                 walk.met = None
             waits = 0.0 if walk.met is None else time - walk.met
             if waits > self._strike:
-                vx = vy = 0.0
+                moves = [(0.0, 0.0)] * len(moves)
                 if waits > PATIENCE and mover.to_and_fro:
                     walk.time, walk.met = turned(mover, walk.time), None
             else:
                 walk.time += step
-            self.discs[number, :4] = x, y, vx, vy
-            if gap <= 0.0 and not walk.touches:
-                speed = -(motion[VX] * apart_x + motion[VY] * apart_y) / max(hypot(apart_x, apart_y), 1e-9)
-                self.touches.append(Touch(time, number, speed))
-            walk.touches = gap <= (APART if walk.touches else 0.0)
+            for row, place, moved, apart, beside in zip(walk.rows, discs, moves, aparts, gaps, strict=True):
+                self.discs[row, :4] = *place, *moved
+                if beside <= 0.0 and row not in walk.touching:
+                    towards = motion[VX] * apart[0] + motion[VY] * apart[1]
+                    self.touches.append(Touch(time, row, -towards / max(hypot(*apart), 1e-9)))
+                if beside <= (APART if row in walk.touching else 0.0):
+                    walk.touching.add(row)
+                else:
+                    walk.touching.discard(row)
 
     def end(self) -> None:
         """Ends the step."""
         self.discs[:, :2] += self._step * self.discs[:, 2:4]
+
+
+def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    return sum(x for x, _ in pairs) / len(pairs), sum(y for _, y in pairs) / len(pairs)
 
 
 def within_walls(world: World, number: int) -> Mover:
@@ -112,10 +131,10 @@ def within_walls(world: World, number: int) -> Mover:
         WorldError: it has no room at its first way point.
     """
     mover = world.movers[number]
-    free, way = free_space(world, mover.radius), [mover.way[0]]
+    free, way = free_space(world, mover.reach), [mover.way[0]]
     if not free.covers(shapely.Point(way[0])):
         key = f"{world.called}: movers[{number}].way[0]: {way[0].tolist()}"
-        raise WorldError(f"{key} is too near an obstacle, expected {mover.radius:g} m of room around it")
+        raise WorldError(f"{key} is too near an obstacle, expected {mover.reach:g} m of room around it")
     for a, b in pairwise(mover.way):
         parts = shapely.get_parts(shapely.LineString([a, b]).intersection(free))
         first = min(parts, key=shapely.Point(a).distance, default=None)
@@ -127,4 +146,7 @@ def within_walls(world: World, number: int) -> Mover:
         if reached > 1e-6:
             way.append(a + (reached - 1e-6) / whole * (b - a))
         break
-    return replace(mover, way=np.array(way))
+    times = mover.times
+    if times is not None and len(way) < len(times):
+        times = times[: len(way)]
+    return replace(mover, way=np.array(way), times=times)
