@@ -9,9 +9,11 @@ from driven_robots import ROOM
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing.spinning_lidar import sweeps_of
+from collplan_ros.inspect.driving import find_driven
 from collplan_ros.inspect.findings import find, wiring
 from collplan_ros.inspect.found import Found
 from collplan_ros.inspect.recording import Recording, Topics
+from collplan_ros.inspect.stages import passed_through
 from collplan_ros.messages.conversions import pose_to_message, scan_to_message, twist_of
 from omnipuck_sim.robot.noise import added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
@@ -19,6 +21,8 @@ from omnipuck_sim.robot.physics import Simulator
 ROBOTS, DURATION, STEPS, PERIOD = 40, 45.0, 4, 0.05
 DRIVES = ("all", "all", "all", "all", "all", "all", "no turn", "rest")
 POSES = {"mocap.rate", "mocap.floor_tilt", "mocap.axes"}
+DRIVE = "max_acceleration", "velocity_lag", "motion_delay"
+STRAIGHT = {"scan.offset_yaw", "scan.mirrored", "mocap.body_offset_yaw", *(f"robot.{key}" for key in DRIVE)}
 MOUNT = ("offset_x", "offset_y", "offset_yaw", "stamp_offset", "mirrored")
 
 
@@ -27,6 +31,7 @@ def drawn(random: np.random.Generator) -> Settings:
     place = (away * math.cos(towards), away * math.sin(towards), yaw, random.uniform(-0.5, 0.1), random.random() < 0.5)
     values = {f"lidar.{key}": value for key, value in zip(MOUNT, place, strict=True)}
     values |= {"lidar.sensor": "low_cost", "lidar.sweep": str(random.choice(["forwards", "backwards", "instant"]))}
+    values |= {f"simulator.marker_offset_{axis}": random.uniform(-0.05, 0.05) for axis in "xy"}
     values |= {"simulator.floor_tilt": tuple(random.uniform(-0.05, 0.05, 2).tolist())}
     values |= {"simulator.mocap_fault": str(random.choice(["none", "bursts"]))}
     return Settings().with_values(values | {"simulator.mocap_rate": float(random.choice([20.0, 50.0, 100.0]))})
@@ -61,8 +66,10 @@ def recorded(settings: Settings, seed: int, drive: str) -> Recording:
 def truth_of(settings: Settings) -> dict[str, object]:
     lidar, simulation = settings.lidar, settings.simulator
     swept = {"scan.backwards": lidar.sweep == "backwards", "scan.instant": lidar.sweep == "instant"}
-    body = {"mocap.rate": simulation.mocap_rate, "mocap.floor_tilt": simulation.floor_tilt, "mocap.axes": "z_up"}
-    return {f"scan.{key}": getattr(lidar, key) for key in MOUNT} | swept | body
+    robot = {f"robot.{key}": getattr(settings.robot, key) for key in DRIVE}
+    body = {f"mocap.body_offset_{axis}": getattr(simulation, f"marker_offset_{axis}") for axis in ("x", "y", "yaw")}
+    body |= {"mocap.rate": simulation.mocap_rate, "mocap.floor_tilt": simulation.floor_tilt, "mocap.axes": "z_up"}
+    return {f"scan.{key}": getattr(lidar, key) for key in MOUNT} | swept | body | robot
 
 
 def is_right(key: str, found: Found, true: object) -> bool:
@@ -80,13 +87,16 @@ def test_what_is_written_is_right_within_its_uncertainty_and_nothing_that_was_no
         settings, drive = drawn(np.random.default_rng(seed)), DRIVES[seed % len(DRIVES)]
         recording = recorded(settings, seed, drive)
         told = {key: each.value for key, each in wiring(recording, "").items()}
-        findings, truth = find(recording, Settings().with_values(told), lambda share: None), truth_of(settings)
+        given, truth = Settings().with_values(told), truth_of(settings)
+        findings = find(recording, given, lambda share: None)
+        stages = passed_through(recording, given.with_values(findings.values), lambda share: None)
+        find_driven(findings, recording, stages)
         judged = {key: is_right(key, each, truth[key]) for key, each in findings.found.items() if key in truth}
         written.update(judged), right.update(key for key, good in judged.items() if good), drives.update([drive])
         for key, each in findings.found.items():
             if not judged.get(key, True):
                 print(seed, drive, key, each, truth[key], settings.lidar.sweep, settings.simulator.mocap_fault)
-        shown = {"all": set(judged), "no turn": {"scan.offset_yaw", "scan.mirrored", *POSES}, "rest": POSES}[drive]
+        shown = {"all": set(judged), "no turn": POSES | STRAIGHT, "rest": POSES}[drive]
         assert set(judged) <= shown, (seed, drive)
     print(
         "| value | written of 40 | right |",
