@@ -23,7 +23,7 @@ from collplan_ros.run.page.run_frames import EARLY, PERIOD, Frame
 from collplan_ros.run.page.run_page import fitted, largest_file
 from collplan_ros.run.whole_file import replacing
 from collplan_ros.view import scene
-from collplan_ros.view.impacts import ShownImpacts
+from collplan_ros.view.scene import ShownImpacts
 
 PAGE = "inspect.html"
 MAP_PERIOD, MAPPED, AROUND = 0.5, 4.0, 1.0

@@ -132,19 +132,10 @@ class ViewNode(Node):
         # reports of a node that has gone no longer hold
         there = {name: each for name, each in known.items() if name in heard}
         world, trouble = self._found_world(there)
-        self._changes.put(
-            "about",
-            {
-                "robot": which_robot(self._inputs.graph.robot, known, heard),
-                "namespace": self.get_namespace(),
-                "world": self._world_name or "",
-                "trouble": trouble,
-                "radius": _milli(first_of(there, "robot.radius"), self._settings.robot.radius),
-                "max_speed": round(1000 * self._settings.robot.max_speed),
-                "tolerance": round(1000 * self._settings.planner.goal_tolerance),
-                "spacing": round(1000 * self._settings.remembered.spacing),
-            },
-        )
+        kind = which_robot(self._inputs.graph.robot, known, heard)
+        about = scene.about(kind, self.get_namespace(), self._world_name or "", self._settings)
+        radius = _milli(first_of(there, "robot.radius"), self._settings.robot.radius)
+        self._changes.put("about", about | {"trouble": trouble, "radius": radius})
         self._changes.put("world", world)
         strategy = first_of(there, STRATEGY)
         # one that was registered in the planner's process alone is no name here

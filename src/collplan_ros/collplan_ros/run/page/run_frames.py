@@ -110,17 +110,9 @@ def _frame(graph: DrawnGraph, changes: Changes) -> Frame:
 def _beginning(played: PlayedRun) -> Frame:
     """Parts that hold from the first frame on."""
     run = played.run
-    robot, planner = run.settings.robot, run.settings.planner
+    kind = scene.SIMULATED if run.log.simulated else scene.REAL
     return {
-        "about": {
-            "robot": scene.SIMULATED if run.log.simulated else scene.REAL,
-            "namespace": "/",
-            "world": run.world.name,
-            "radius": scene.milli([robot.radius])[0],
-            "max_speed": scene.milli([robot.max_speed])[0],
-            "tolerance": scene.milli([planner.goal_tolerance])[0],
-            "spacing": scene.milli([run.settings.remembered.spacing])[0],
-        },
+        "about": scene.about(kind, "/", run.world.name, run.settings),
         "world": scene.world(run.world),
         "machine": played.machine,
         "impacts": [],
