@@ -1,20 +1,15 @@
-"""trajectory.png: the robot's way through the world, from the result files of a run; and the title of its pictures."""
+"""trajectory.png: the robot's way through the world, from the result files of a run."""
 
 import textwrap
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from collplan_core.parameters import Settings
-from collplan_core.worlds import World
 from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.run.reader import messages
-from collplan_ros.run.result_files import IMPACTS, TRAJECTORY, counted_impacts
+from collplan_ros.run.recorded_run import RecordedRun
+from collplan_ros.run.result_files import IMPACTS, TRAJECTORY
 
-LONGEST = 120
-"""Characters of a world's name that are shown."""
 AROUND = 0.8
 """Shown of a world without an end beside the robot's way [m]."""
 MOVERS = "ground_truth/movers"
@@ -22,32 +17,28 @@ SHOWN = 0.5
 """Time between two places of a mover that are drawn [s]."""
 
 
-def draw_trajectory(
-    path: Path, folder: Path, world: World, goal: np.ndarray, title: str, movers: Sequence[np.ndarray] = ()
-) -> None:
-    """Writes a picture of world, way coloured by speed, impacts and goal (2,) [m], from a run folder's files.
-
-    `movers` are the places of what moved, one array each, as `mover_places` gives them.
-    """
+def draw_trajectory(path: Path, run: RecordedRun, goal: np.ndarray) -> None:
+    """Writes a picture of world, way coloured by speed, impacts and goal (2,) [m], from a run with its result files."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle, Polygon
 
     way, hits = (
-        np.atleast_1d(np.genfromtxt(folder / name, delimiter=",", names=True)) for name in (TRAJECTORY, IMPACTS)
+        np.atleast_1d(np.genfromtxt(run.folder / name, delimiter=",", names=True)) for name in (TRAJECTORY, IMPACTS)
     )
     figure = Figure(figsize=(7.0, 7.0), layout="constrained")
     FigureCanvasAgg(figure)
     # a world's name may hold what matplotlib takes for formulas
-    figure.suptitle("\n".join(textwrap.wrap(title, 80)), fontsize=10, parse_math=False)
+    figure.suptitle("\n".join(textwrap.wrap(f"{run.title}: {run.end.words}", 80)), fontsize=10, parse_math=False)
     axes = figure.add_subplot(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    world = run.world
     for corners in world.polygons:
         axes.add_patch(Polygon(corners, facecolor="#c9d1db", edgecolor="#46566b"))
     for x, y, radius in world.circles:
         axes.add_patch(Circle((x, y), radius, facecolor="#c9d1db", edgecolor="#46566b"))
     speeds = axes.scatter(way["x"], way["y"], c=np.hypot(way["vx"], way["vy"]), s=5, cmap="plasma", vmin=0.0)
     figure.colorbar(speeds, label="speed [m/s]", shrink=0.85)
-    for number, rows in enumerate(movers):
+    for number, rows in enumerate(mover_places(run.recording, run.settings.frames.map)):
         for x, y, radius in rows:
             axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor="#7a4fa3", linewidth=0.6))
         label = f"movers, every {SHOWN:g} s" if number == 0 else None
@@ -72,20 +63,3 @@ def mover_places(recording: Path, frame: str) -> list[np.ndarray]:
             due = stamp + SHOWN
             places.append(rows[:, [0, 1, 4]])
     return list(np.swapaxes(np.array(places), 0, 1)) if places else []
-
-
-def run_title(world: World, settings: Settings, simulated: bool) -> str:
-    """World, strategy and seed of a run, and whether it was simulated, on one line."""
-    # a world's name may be any text: both ends of it tell more than its beginning
-    name = " ".join(world.name.split())
-    if len(name) > LONGEST:
-        name = f"{name[: LONGEST // 2]}...{name[3 - LONGEST // 2 :]}"
-    kind = "simulated" if simulated else "measured"
-    return f"{name}, {settings.planner.strategy}, seed {settings.simulator.seed} ({kind})"
-
-
-def run_end(summary: Mapping[str, Any]) -> str:
-    """Returns the end of a run on one line; `summary` is the content of summary.json."""
-    arrival = summary["arrival_time_s"]
-    end = f"goal reached in {arrival:.1f} s" if arrival is not None else summary["outcome"].replace("_", " ")
-    return f"{end}, {summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}"

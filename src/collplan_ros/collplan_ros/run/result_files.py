@@ -5,19 +5,27 @@ import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from collplan_core.evaluation.run_end import REACHED, Timing, machine_verdict, measured_path_length, path_length
+from collplan_core.evaluation.run_end import (
+    OUTCOMES,
+    REACHED,
+    Timing,
+    machine_verdict,
+    measured_path_length,
+    path_length,
+)
 from collplan_core.parameters import Settings, all_specs
-from collplan_core.worlds import World
 from collplan_ros.messages.status_values import DRIVE
-from collplan_ros.run.impacts import JudgedImpacts, impacts_of, write_impacts
+from collplan_ros.run.impacts import JudgedImpacts, counted_impacts, write_impacts
+from collplan_ros.run.recorded_run import SUMMARY, RecordedRun, read_run
 from collplan_ros.run.run_log import PoseRow, RunLog
-from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.whole_file import FolderLock, RecordError, RunError, has_end, replacing
+from collplan_ros.run.writer import RECORDING
 
 
 def timing_of(log: RunLog) -> Timing:
@@ -143,12 +151,7 @@ def _mean(log: RunLog, key: str) -> float | None:
     return float(np.mean(values)) if values else None
 
 
-def counted_impacts(number: int) -> str:
-    """Number of impacts in words: "1 impact", "2 impacts"."""
-    return f"{number} impact{'' if number == 1 else 's'}"
-
-
-TRAJECTORY, IMPACTS, SUMMARY, PICTURE = "trajectory.csv", "impacts.csv", "summary.json", "trajectory.png"
+TRAJECTORY, IMPACTS, PICTURE = "trajectory.csv", "impacts.csv", "trajectory.png"
 
 
 def _rebounds(impacts: JudgedImpacts, settings: Settings) -> str:
@@ -163,45 +166,22 @@ def _learnt_lines(drive: Mapping[str, float]) -> list[str]:
     return [f"robot.{name}: {drive[name]:.4g}" for name in DRIVE if f"{name}.learnt" in drive]
 
 
-@dataclass(frozen=True, eq=False)
-class Results:
-    """Results computed from a run.
-
-    Attributes:
-        impacts: impacts of the run.
-        summary: content of summary.json.
-    """
-
-    impacts: JudgedImpacts
-    summary: dict[str, Any]
-
-
-def write_result_files(
-    folder: Path,
-    log: RunLog,
-    world: World,
-    goal: np.ndarray,
-    settings: Settings,
-    outcome: str,
-    said: Mapping[str, Any],
-) -> Results:
-    """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
+def write_result_files(run: RecordedRun, goal: np.ndarray, outcome: str, said: Mapping[str, Any]) -> dict[str, Any]:
+    """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first; returns the summary.
 
     Args:
-        folder: folder for the files.
-        log: log of the run.
-        world: world of the run.
+        run: the run.
         goal: (2,) [m].
-        settings: its parameters.
         outcome: its outcome.
         said: further values of the summary.
 
     Raises:
         RecordError: a file cannot be written.
     """
+    folder, log, settings = run.folder, run.log, run.settings
     with replacing(folder / TRAJECTORY) as path:
         write_trajectory(path, log)
-    impacts = impacts_of(log, settings.mocap.velocity_window)
+    impacts = run.impacts
     with replacing(folder / IMPACTS) as path:
         write_impacts(path, impacts, log.begin)
     timing, words = timing_of(log), log.drive_in_words + _rebounds(impacts, settings)
@@ -219,4 +199,34 @@ def write_result_files(
     }
     with replacing(folder / SUMMARY) as path:
         path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
-    return Results(impacts, summary)
+    return summary
+
+
+# ---- a run whose bringup was killed
+
+
+KILLED, WHY_KILLED = "killed", "bringup ended before the run did"
+"""Outcome of a run whose bringup did not live to see another, and its reason."""
+UNTOLD, WHY_UNTOLD = "ended", f"{RECORDING} does not hold why"
+"""Outcome of a run that ended without a report of its goal's end, and its reason."""
+
+
+def complete(folder: Path) -> str:
+    """Makes the results that a killed bringup has not left in a run folder; returns a sentence about that, or ""."""
+    if has_end(folder / SUMMARY) or not (folder / RECORDING).exists():
+        return ""
+    try:
+        with closing(FolderLock(folder)):
+            run = read_run(folder)
+            if not np.isfinite(run.log.goal).all():
+                return ""
+            ends = [OUTCOMES[each.status] for each in run.log.statuses if each.status in OUTCOMES]
+            outcome, why = (UNTOLD, WHY_UNTOLD) if run.has_ended or run.lacks else (KILLED, WHY_KILLED)
+            if ends and outcome == UNTOLD:
+                outcome, why = ends[-1], ""
+            write_result_files(run, run.log.goal, outcome, {"reason": why})
+    except BlockingIOError:
+        return f"{folder}: is being written, and is left unchanged"
+    except (OSError, RecordError, RunError) as error:
+        return f"{folder / SUMMARY} is not made: {error}"
+    return f"{folder / SUMMARY} and the other results are made from {RECORDING}"
