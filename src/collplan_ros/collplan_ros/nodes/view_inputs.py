@@ -1,6 +1,8 @@
 """Subscriptions of view_node: those of a drawn graph, from when a page is opened until none is."""
 
+from ast import literal_eval
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from rclpy.node import Node
@@ -11,9 +13,9 @@ from rclpy.subscription import Subscription
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
 from collplan_ros.messages.raw_reading import BYTES_TOPICS
+from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.inputs import Info, with_info
 from collplan_ros.node_kit.node_names import is_in
-from collplan_ros.nodes.view_parameters import GraphParameters
 from collplan_ros.run.topics import recorded_topics
 from collplan_ros.view.drawn_graph import DrawnGraph
 
@@ -38,24 +40,20 @@ SHOWN: dict[str, QoSProfile] = {
 
 
 class ViewInputs:
-    """The topics that the page shows: subscribed between `open` and `close`, but for goals, which are not repeated.
+    """The topics that the page shows: subscribed between `open` and `close`, but for goals, which are not repeated."""
 
-    Attributes:
-        graph: the graph as it is drawn.
-        refused: number of messages that could not be read.
-        newest_refusal: reason of the newest one; empty before the first.
-    """
-
-    def __init__(
-        self, node: Node, settings: Settings, parameters: GraphParameters, new_graph: Callable[[], DrawnGraph]
-    ) -> None:
-        """Subscribes in `node`; an opening begins with a `new_graph`. `parameters` takes what nodes tell."""
+    def __init__(self, node: Node, settings: Settings, new_graph: Callable[[], DrawnGraph]) -> None:
+        """Subscribes in `node`; an opening begins with a `new_graph`."""
         self.graph = new_graph()
+        """The graph as it is drawn."""
+        self.parameters: dict[str, dict[str, object]] = {}
+        """What nodes tell of theirs, latched and whenever one changes: by node, the newest told last, and by name."""
         self.refused = 0
+        """Number of messages that could not be read."""
         self.newest_refusal = ""
+        """Reason of the newest one; empty before the first."""
         self._node = node
         self._new_graph = new_graph
-        self._parameters = parameters
         self._topics = recorded_topics(settings)
         self._goals = self._subscribed(GOAL, qos.EVENT)
         self._watched: list[Subscription] = []
@@ -99,5 +97,12 @@ class ViewInputs:
         return subscription
 
     def _take_constants(self, message: Any) -> None:
-        if is_in(self._node.get_namespace(), str(message.name)):
-            self._parameters.take(message)
+        """Takes what a node tells; a value that is none of Python's is left out."""
+        name, told = str(message.name), dict[str, object]()
+        if not is_in(self._node.get_namespace(), name):
+            return
+        for key, text in values_of(message).items():
+            with suppress(ValueError, SyntaxError):
+                told[key] = literal_eval(text)
+        self.parameters.pop(name, None)
+        self.parameters[name] = told

@@ -21,13 +21,12 @@ from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.service_calls import ServiceCalls
-from collplan_ros.nodes.view_actions import ViewActions
+from collplan_ros.nodes.view_actions import STRATEGY, ViewActions
 from collplan_ros.nodes.view_inputs import ViewInputs
-from collplan_ros.nodes.view_parameters import STRATEGY, GraphParameters, first_of
 from collplan_ros.view import scene
 from collplan_ros.view.drawn_graph import DrawnGraph
 from collplan_ros.view.frames import Changes
-from collplan_ros.view.server import PageServer, Reply
+from collplan_ros.view.server import PageServer
 from collplan_ros.view.which_robot import Values, which_robot
 
 SCALES = ("robot.max_speed", "planner.goal_tolerance", "remembered.spacing")
@@ -65,9 +64,8 @@ class ViewNode(Node):
         self._steady = steady_clock()
         self._changes = Changes()
         self._calls = ServiceCalls(self)
-        self._graph_parameters = GraphParameters(self._calls)
-        self._inputs = ViewInputs(self, self._settings, self._graph_parameters, self._new_graph)
-        self._actions = ViewActions(self, self._calls, self._choose, self._settings.frames.map)
+        self._inputs = ViewInputs(self, self._settings, self._new_graph)
+        self._actions = ViewActions(self, self._calls, self._inputs, self._settings.frames.map)
         self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
         self._world_name: str | None = None
         self._world: Future[World] | None = None
@@ -86,9 +84,6 @@ class ViewNode(Node):
 
     def _new_graph(self) -> DrawnGraph:
         return DrawnGraph(self._settings, self._changes, self._now, self.get_namespace())
-
-    def _choose(self, strategy: str, reply: Reply) -> None:
-        self._graph_parameters.choose(strategy, self._inputs.graph.heard, reply)
 
     def _now(self) -> float:
         return seconds(self._steady)
@@ -128,7 +123,7 @@ class ViewNode(Node):
     # ---- what the frames begin with
 
     def _put_about(self, heard: Collection[str]) -> None:
-        known = self._graph_parameters.values
+        known = self._inputs.parameters
         # reports of a node that has gone no longer hold
         there = {name: each for name, each in known.items() if name in heard}
         world, trouble = self._found_world(there)
@@ -186,6 +181,11 @@ class ViewNode(Node):
         self._server.close()
         self._loader.shutdown(wait=False, cancel_futures=True)
         super().destroy_node()
+
+
+def first_of(values: Mapping[str, Values], name: str) -> Any:
+    """The value of a parameter in the first node that has it; None where none has."""
+    return next((each[name] for each in values.values() if name in each), None)
 
 
 def _milli(value: object, otherwise: float) -> int:

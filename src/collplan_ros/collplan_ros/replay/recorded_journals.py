@@ -17,17 +17,11 @@ TOPICS = {"planner/journal": PLANNER, "controller/journal": CONTROLLER}
 
 @dataclass(frozen=True, eq=False)
 class RecordedJournals:
-    """The journals of a run.
-
-    Attributes:
-        source: the file that they come from.
-        rows: their lines.
-        cut: where that file is cut off, in words; "" where it has an end.
-    """
+    """The journals of a run."""
 
     source: Path
-    rows: Sequence[Mapping[str, Any]]
-    cut: str = ""
+    rows: Sequence[Mapping[str, Any]]  # their lines
+    cut: str = ""  # where that file is cut off, in words; "" where it has an end
 
     def events(self, of: str) -> list[Event]:
         """Returns the events in the journal of a loop, PLANNER or CONTROLLER; empty where there is none.

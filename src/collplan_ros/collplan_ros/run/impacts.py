@@ -49,9 +49,7 @@ class JudgedImpacts:
 def impacts_of(log: RunLog, velocity_window: float) -> JudgedImpacts:
     """The impacts of a run. The velocity after a measured one is that which poses show later, and so better.
 
-    Args:
-        log: the run.
-        velocity_window: mocap.velocity_window, over which velocities of measured poses are fitted [s].
+    `velocity_window` is mocap.velocity_window, over which velocities of measured poses are fitted [s].
     """
     impacts = log.own_impacts if log.poses else []
     if not log.truth:

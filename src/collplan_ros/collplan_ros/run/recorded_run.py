@@ -22,7 +22,7 @@ from collplan_core.worlds import UNKNOWN, World, WorldError, load_world
 from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
 from collplan_ros.run.impacts import JudgedImpacts, counted_impacts, impacts_of
-from collplan_ros.run.reader import attachment, content, description, entries, is_whole, messages, namespace_of
+from collplan_ros.run.reader import attachment, description, entries, is_whole, messages, namespace_of
 from collplan_ros.run.run_log import End, LogBuilder, RunLog, SentGoal
 from collplan_ros.run.whole_file import RunError, has_end
 from collplan_ros.run.writer import RECORDING
@@ -140,7 +140,7 @@ def read_run(folder: Path) -> RecordedRun:
         sent = (entry.sent - clock_ahead) / NANO
         while not placed and marks and marks[0][0] <= sent:
             take_mark(builder, *marks.pop(0)[1:])
-        if (message := content(entry)) is not None:
+        if (message := entry.content) is not None:
             builder.take(entry.topic, message, sent)
     for _, name, values in [] if placed else marks:
         take_mark(builder, name, values)
@@ -164,7 +164,7 @@ def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], 
         if isinstance(entry, Metadata):
             found += [entry] if entry.name in (BEGIN, GOAL, END) else []
         elif entry.topic == "goal_pose":
-            if (asked := content(entry)) is not None:
+            if (asked := entry.content) is not None:
                 sent, at = (entry.sent - clock_ahead) / NANO, asked.pose.position
                 values = dict(zip(SentGoal._fields, map(str, (sent, at.x, at.y)), strict=True))
                 repeated = goals and goals[-1][2] | {"sent": ""} == values | {"sent": ""}

@@ -169,11 +169,7 @@ def _learnt_lines(drive: Mapping[str, float]) -> list[str]:
 def write_result_files(run: RecordedRun, goal: np.ndarray, outcome: str, said: Mapping[str, Any]) -> dict[str, Any]:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first; returns the summary.
 
-    Args:
-        run: the run.
-        goal: (2,) [m].
-        outcome: its outcome.
-        said: further values of the summary.
+    The goal is (2,) [m]; `said` are further values of the summary.
 
     Raises:
         RecordError: a file cannot be written.

@@ -109,16 +109,7 @@ class Stamps:
 
 
 class DrawnGraph:
-    """Takes the messages of one graph, and puts the parts that they make into the next frame.
-
-    Attributes:
-        takers: what takes a message and its time of sending [s], by topic.
-        goal: the newest goal given, (2,) [m]; None before the first.
-        impacts: impacts so far.
-        robot: full name of the node that publishes robot/state; empty before it has.
-        reports: newest health report of each node of this namespace, by full name.
-        recent: timing of the graph in the last seconds.
-    """
+    """Takes the messages of one graph, and puts the parts that they make into the next frame."""
 
     def __init__(
         self,
@@ -129,11 +120,12 @@ class DrawnGraph:
         stamps: Stamps | None = None,
     ) -> None:
         """Puts parts into `changes`; `clock` gives the time of now [s], by which a silent node is silent."""
-        self.goal: np.ndarray | None = None
+        self.goal: np.ndarray | None = None  # the newest given, (2,) [m]
         self.impacts = scene.ShownImpacts()
-        self.robot = ""
-        self.reports: dict[str, scene.NodeReport] = {}
+        self.robot = ""  # full name of the node that publishes robot/state
+        self.reports: dict[str, scene.NodeReport] = {}  # the newest of each node of this namespace, by full name
         self.recent = RecentTiming()
+        # what takes a message and its time of sending [s], by topic
         self.takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
             "scan": self._take_scan,

@@ -160,13 +160,7 @@ def rollouts(paths: Sequence[np.ndarray], costs: Sequence[float]) -> Part:
 
 
 def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Contacts) -> Part:
-    """The part `plan`.
-
-    Args:
-        stamp: start of the plan [s].
-        times: (n,) [s], positions: (n, 2) [m].
-        contacts: contacts that it foresees.
-    """
+    """The part `plan` of times (n,) [s], positions (n, 2) [m] and contacts foreseen; it begins at `stamp` [s]."""
     rows = np.column_stack([contacts.points, contacts.velocities_after, contacts.times - stamp])
     return {"stamp": time_of(stamp), "times": milli(times - stamp), "path": milli(positions), "contacts": milli(rows)}
 
@@ -208,16 +202,11 @@ def impact(happened: Impact, kind: str) -> Part:
 
 
 class ShownImpacts:
-    """The impacts so far, as sent to the page.
-
-    Attributes:
-        part: the part `impacts` of a frame, the newest MOST of them.
-        counts: the part `counts` of a frame, of all of them.
-    """
+    """The impacts so far, as sent to the page."""
 
     def __init__(self) -> None:
-        self.part: list[Part] = []
-        self.counts = dict.fromkeys(KINDS, 0)
+        self.part: list[Part] = []  # the part `impacts` of a frame, the newest MOST of them
+        self.counts = dict.fromkeys(KINDS, 0)  # the part `counts`, of all of them
         self._predictions: deque[Prediction] = deque()
 
     def planned(self, plan: Plan) -> None:

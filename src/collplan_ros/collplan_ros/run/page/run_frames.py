@@ -13,7 +13,7 @@ import numpy as np
 from collplan_core.clock_steps import RunTimes
 from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
-from collplan_ros.run.reader import content, raw_messages
+from collplan_ros.run.reader import raw_messages
 from collplan_ros.run.recorded_run import NANO, RecordedRun
 from collplan_ros.view import scene
 from collplan_ros.view.drawn_graph import DrawnGraph, Stamps
@@ -169,7 +169,7 @@ def _messages(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:
             or log.stamp_at(sent) > last.stamp + LATEST
         ):
             continue
-        if (message := content(each)) is not None:
+        if (message := each.content) is not None:
             yield Event(sent, each.topic == POSES, partial(graph.takers[each.topic], message, sent))
 
 
