@@ -59,7 +59,7 @@ def test_what_fails_costs_only_what_comes_after_it(tmp_path, monkeypatch):
     def fail(*_):
         raise ValueError("no font")
 
-    monkeypatch.setattr("collplan_ros.run.picture.draw_trajectory", fail)
+    monkeypatch.setattr("collplan_ros.bringup.main.draw_trajectory", fail)
     folder = RunFolder(tmp_path, Settings())
     write_results(run_in(folder, bouncing_run()), PREPARED, "reached")
     assert "no font" in make_pictures(run_in(folder, bouncing_run()), PREPARED)[0]

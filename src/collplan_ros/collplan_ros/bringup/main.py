@@ -33,7 +33,7 @@ from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.description import PARAMETERS
 from collplan_ros.run.impacts import counted_impacts
 from collplan_ros.run.recorded_run import RecordedRun, read_run
-from collplan_ros.run.result_files import PICTURE, write_result_files
+from collplan_ros.run.result_files import PICTURE, draw_trajectory, write_result_files
 from collplan_ros.run.whole_file import RecordError, RunError, replacing
 
 
@@ -60,8 +60,6 @@ def make_pictures(run: RecordedRun, preparation: Preparation) -> list[str]:
     """Draws trajectory.png and writes run.html, of a run with poses; returns why one of them is missing."""
 
     def picture() -> None:
-        from collplan_ros.run.picture import draw_trajectory
-
         with replacing(run.folder / PICTURE) as path:
             draw_trajectory(path, run, preparation.goal)
 

@@ -19,7 +19,6 @@ TOPICS = {"planner/journal": PLANNER, "controller/journal": CONTROLLER}
 class RecordedJournals:
     """The journals of a run."""
 
-    source: Path
     rows: Sequence[Mapping[str, Any]]  # their lines
     cut: str = ""  # where that file is cut off, in words; "" where it has an end
 
@@ -44,7 +43,7 @@ def read_journals(run: Path) -> RecordedJournals:
     rows = rows_of(lines, str(path))
     if not any("of" in row for row in rows):
         raise JournalError(f"{path}: holds no journal, expected a run of bringup or a trial's journal")
-    return RecordedJournals(path, rows, cut)
+    return RecordedJournals(rows, cut)
 
 
 def _recorded_lines(path: Path) -> tuple[list[str], str]:

@@ -1,9 +1,9 @@
 """Writes run.html of a run folder, and the page of several runs."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from collplan_core.parameters import Planning
 from collplan_core.strategies import TIME_TO_GOAL
@@ -44,31 +44,42 @@ def write_page(path: Path, runs: Sequence[RecordedRun]) -> None:
     """
     for run in runs:
         run.check_poses()
-    title = "; ".join(f"{run.title}: {run.end.words}" for run in runs)
-    text = one_file(title, [_recording(run, len(one_file(title, []).encode())) for run in runs])
+    write_recordings(path, "; ".join(f"{run.title}: {run.end.words}" for run in runs), map(_recording, runs))
+
+
+class Recording(NamedTuple):
+    """What a page plays: title, end, reason and notes, and its frames, with one in `shown` scans."""
+
+    told: Mapping[str, Any]
+    frames: Sequence[Frame]
+    duration: float  # [s]
+    shown: int = 1
+
+
+def write_recordings(path: Path, title: str, recordings: Iterable[Recording]) -> None:
+    """Writes a page with this title that plays recordings.
+
+    Raises:
+        RecordError: the file cannot be written.
+    """
+    page = len(one_file(title, []).encode())
+    fitting = [fitted(told, frames, largest_file(over) - page, shown) for told, frames, over, shown in recordings]
     with replacing(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8", newline="\n")
+        unfinished.write_text(one_file(title, fitting), encoding="utf-8", newline="\n")
 
 
-def _recording(run: RecordedRun, page: int) -> str:
-    """A run as a page holds it; `page` is the size of a page without a run [bytes]."""
+def _recording(run: RecordedRun) -> Recording:
     try:
         frames = frames_of(run)
     except scene.SceneError as error:
         raise RunError(f"{run.folder}: {error}") from None
     told: dict[str, Any] = {"title": run.title, "end": run.end.words, "reason": run.end.reason}
     told["notes"] = _missing(frames, run.settings.planner)
-    return fitted(told, frames, largest_file(run.log.duration) - page, decimation(run))
+    return Recording(told, frames, run.log.duration, decimation(run))
 
 
 def fitted(told: Mapping[str, Any], frames: Sequence[Frame], largest: int, shown: int = 1) -> str:
-    """A recording `packed`, with fewer scans, maps and candidates where it would be too large.
-
-    Args:
-        told: title, end, reason and notes.
-        frames: its frames, of which one in `shown` scans is shown already.
-        largest: size that it must not exceed, where that can be [bytes].
-    """
+    """A recording `packed`, with fewer scans, maps and candidates where it would exceed `largest` [bytes]."""
     factor = 1
     text = _packed(told, frames, shown)
     while (size := len(text)) > largest and factor < COARSEST:
