@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 
-from collplan_core.evaluation.run_end import machine_verdict, pace_words
 from collplan_core.parameters import Frames, ScanInput, Settings, View
 from collplan_core.scan import Scan
 from collplan_core.strategies import NAMES
@@ -24,7 +23,7 @@ from collplan_ros.node_kit.service_calls import ServiceCalls
 from collplan_ros.nodes.view_actions import STRATEGY, ViewActions
 from collplan_ros.nodes.view_inputs import ViewInputs
 from collplan_ros.view import scene
-from collplan_ros.view.drawn_graph import DrawnGraph
+from collplan_ros.view.drawn_graph import DrawnGraph, Stamps
 from collplan_ros.view.frames import Changes
 from collplan_ros.view.server import PageServer
 from collplan_ros.view.which_robot import Values, which_robot
@@ -83,7 +82,7 @@ class ViewNode(Node):
         return self._server.address
 
     def _new_graph(self) -> DrawnGraph:
-        return DrawnGraph(self._settings, self._changes, self._now, self.get_namespace())
+        return DrawnGraph(self._settings, self._changes, self.get_namespace(), Stamps(self._now))
 
     def _now(self) -> float:
         return seconds(self._steady)
@@ -136,14 +135,7 @@ class ViewNode(Node):
         # one that was registered in the planner's process alone is no name here
         choices = [*NAMES, *({strategy} - {*NAMES})]
         self._changes.put("strategy", None if strategy is None else {"value": strategy, "choices": choices})
-        self._put_machine()
-
-    def _put_machine(self) -> None:
-        """Puts the speed of simulated time, and whether the machine is fast enough for a real robot."""
-        now, recent = self._now(), self._inputs.graph.recent
-        speed_factor = self._settings.simulator.speed_factor
-        verdict = machine_verdict(recent.timing(now), speed_factor, self._settings.limits.command_age)
-        self._changes.put("machine", {"pace": pace_words(recent.newest_factor(now)), "verdict": verdict})
+        self._inputs.graph.put_machine()
 
     def _found_world(self, known: Mapping[str, Values]) -> tuple[scene.Part, str]:
         """Returns the world named by nodes with these parameters, or the reason why there is none."""

@@ -128,8 +128,7 @@ def read_run(folder: Path) -> RecordedRun:
     lacks: list[str] = []
     settings = _settings(folder / PARAMETERS, path, lacks)
     world = _world(path, settings.simulator, lacks)
-    about = description(path, RUN)
-    namespace, clock_ahead = about.get("namespace") or namespace_of(path), int(about.get(CLOCK, "0"))
+    namespace, clock_ahead = namespace_of(path), int(description(path, RUN).get(CLOCK, "0"))
     builder = LogBuilder(settings)
     marks, placed = _marks(path, clock_ahead, lacks)
     for entry in entries(path, builder.topics):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -27,14 +27,8 @@ from collplan_ros.messages.states import HELD, STOPPED
 from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
+from collplan_ros.run.graph_topics import GraphTopics
 from collplan_ros.run.run_log import LogBuilder, RunLog, SentGoal
-
-
-class Listening(Protocol):
-    """Source of the messages to record."""
-
-    def listen(self, topic: str, take: Callable[[Any, float], None], raw: bool = False) -> None:
-        """Hands each message of a topic, or its bytes, to `take`, with its send time [s, steady clock]."""
 
 
 class GoalReport(NamedTuple):
@@ -53,7 +47,7 @@ class Recorder(LogBuilder):
 
     def __init__(
         self,
-        topics: Listening,
+        topics: GraphTopics,
         settings: Settings,
         mark: Callable[[str, Mapping[str, str]], None],
         times: SendTimes,
@@ -138,7 +132,7 @@ class Recorder(LogBuilder):
         self._mark(GOAL, {key: repr(value) for key, value in goal._asdict().items()})
         self.asked(goal)
 
-    def _listen(self, topics: Listening) -> None:
+    def _listen(self, topics: GraphTopics) -> None:
         topics.listen("/diagnostics", self._hear_diagnostics)
         topics.listen("goal_status", self._hear_goal_status)
         topics.listen("robot/state", self._hear_robot_state)

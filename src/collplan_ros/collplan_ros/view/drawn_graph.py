@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.evaluation.run_end import Timing
+from collplan_core.evaluation.run_end import Timing, machine_verdict, pace_words
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
@@ -63,41 +63,11 @@ WARN = 1
 """DiagnosticStatus.WARN: level at which the controller reports that the robot stands though a goal is active."""
 
 
-class RecentTiming:
-    """Whether the machine was fast enough in the last seconds; times are of one steady clock [s]."""
-
-    def __init__(self) -> None:
-        self._factors: deque[tuple[float, float]] = deque()
-        self._gaps: deque[tuple[float, float]] = deque()
-
-    def commanded(self, period: float, now: float) -> None:
-        """Takes the time between two commands [s]."""
-        self._gaps.append((now, period))
-
-    def reported(self, factor: float, now: float) -> None:
-        """Takes the simulated seconds in the last second."""
-        self._factors.append((now, factor))
-
-    def newest_factor(self, now: float) -> float | None:
-        """Simulated seconds in the last second that was reported; None where none was."""
-        self._forget(now)
-        return self._factors[-1][1] if self._factors else None
-
-    def timing(self, now: float) -> Timing:
-        """The timing of the last seconds."""
-        self._forget(now)
-        factors = [factor for _, factor in self._factors]
-        longest = max((gap for _, gap in self._gaps), default=0.0)
-        return Timing(sum(factors) / len(factors) if factors else None, longest)
-
-    def _forget(self, now: float) -> None:
-        for rows in (self._factors, self._gaps):
-            while rows and rows[0][0] < now - RECENT:
-                rows.popleft()
-
-
 class Stamps:
-    """Shows the stamps of messages as they are."""
+    """Shows the stamps of messages as they are, and the time of now [s], by which a silent node is silent."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self.now = clock
 
     def of_pose(self, stamp: float, sent: float) -> float:
         """Time shown [s] of the next pose, from its stamp [s] and when it was sent [s]."""
@@ -111,20 +81,12 @@ class Stamps:
 class DrawnGraph:
     """Takes the messages of one graph, and puts the parts that they make into the next frame."""
 
-    def __init__(
-        self,
-        settings: Settings,
-        changes: Changes,
-        clock: Callable[[], float],
-        namespace: str,
-        stamps: Stamps | None = None,
-    ) -> None:
-        """Puts parts into `changes`; `clock` gives the time of now [s], by which a silent node is silent."""
+    def __init__(self, settings: Settings, changes: Changes, namespace: str, stamps: Stamps) -> None:
+        """Puts parts into `changes`."""
         self.goal: np.ndarray | None = None  # the newest given, (2,) [m]
         self.impacts = scene.ShownImpacts()
         self.robot = ""  # full name of the node that publishes robot/state
         self.reports: dict[str, scene.NodeReport] = {}  # the newest of each node of this namespace, by full name
-        self.recent = RecentTiming()
         # what takes a message and its time of sending [s], by topic
         self.takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
@@ -148,9 +110,12 @@ class DrawnGraph:
         self._frames = settings.frames
         self._scan = settings.scan
         self._changes = changes
-        self._clock = clock
         self._namespace = namespace
-        self._stamps = stamps or Stamps()
+        self._stamps = stamps
+        self._full_speed, self._command_age = settings.simulator.speed_factor, settings.limits.command_age
+        # simulated seconds in a second, and times between two commands [s], each with when it was told
+        self._factors: deque[tuple[float, float]] = deque()
+        self._gaps: deque[tuple[float, float]] = deque()
         self._states: deque[State] = deque()
         self._fresh: list[State] = []
         self._robot: scene.Part = None
@@ -160,19 +125,19 @@ class DrawnGraph:
         self._periods: list[float] = []
         self._time = 0.0
         self._posed: float | None = None
-        self._came = clock()
+        self._came = stamps.now()
         self._status = NO_GOAL
         self._told_nodes = -math.inf
 
     @property
     def heard(self) -> list[str]:
         """Full names of the nodes that are not silent."""
-        now = self._clock()
+        now = self._stamps.now()
         return [name for name, report in self.reports.items() if now - report.came <= scene.SILENT_AFTER]
 
     def put_frame(self) -> float:
         """Puts what was gathered for a frame into the changes; returns the time of the frame [s]."""
-        now = self._clock()
+        now = self._stamps.now()
         self._put_robot(now)
         if self._periods:
             self._changes.put("periods", [round(1e3 * period, 1) for period in self._periods])
@@ -181,6 +146,18 @@ class DrawnGraph:
             self._told_nodes = now
             self._changes.put("nodes", scene.nodes(self.reports.values(), now))
         return scene.time_of(self._time)
+
+    def put_machine(self) -> None:
+        """Puts the speed of simulated time in the last seconds, and whether the machine is fast enough for a robot."""
+        oldest = self._stamps.now() - RECENT
+        for rows in (self._factors, self._gaps):
+            while rows and rows[0][0] < oldest:
+                rows.popleft()
+        factors = [factor for _, factor in self._factors]
+        longest = max((gap for _, gap in self._gaps), default=0.0)
+        timing = Timing(sum(factors) / len(factors) if factors else None, longest)
+        verdict = machine_verdict(timing, self._full_speed, self._command_age)
+        self._changes.put("machine", {"pace": pace_words(factors[-1] if factors else None), "verdict": verdict})
 
     def put_goal(self) -> None:
         """Puts the goal and its status."""
@@ -308,17 +285,17 @@ class DrawnGraph:
     def _take_command(self, _: Any, sent: float) -> None:
         if 0.0 < sent - self._commanded < LONGEST_PERIOD:
             self._periods.append(sent - self._commanded)
-            self.recent.commanded(sent - self._commanded, self._clock())
+            self._gaps.append((self._stamps.now(), sent - self._commanded))
         self._commanded = sent
 
     def _take_health(self, message: Any, _: float) -> None:
         for status in message.status:
             told = str(status.name), _level(status), str(status.message), values_of(status)
-            report = scene.NodeReport(*told, self._clock())
+            report = scene.NodeReport(*told, self._stamps.now())
             if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
                 self.reports[report.name] = report
                 if (factor := real_time_factor(report.values)) is not None:
-                    self.recent.reported(factor, report.came)
+                    self._factors.append((report.came, factor))
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES

@@ -59,11 +59,8 @@ class RunStamps(Stamps):
         """`pace` as in `RunTimes`; `zero` is the time [s] that is shown as 0."""
         self._times = RunTimes(pace)
         self._zero = zero
-        self._newest = 0.0
-
-    def now(self) -> float:
-        """Time shown [s] of the newest pose."""
-        return self._newest
+        self._newest = 0.0  # time shown of the newest pose [s]
+        super().__init__(lambda: self._newest)
 
     def of_pose(self, stamp: float, sent: float) -> float:
         """Time shown [s] of the next pose."""
@@ -91,7 +88,7 @@ def frames_of(run: RecordedRun) -> list[Frame]:
         SceneError: a number in it cannot be drawn.
     """
     changes, stamps = Changes(), RunStamps(run.log.pace, run.log.begin)
-    graph = DrawnGraph(run.settings, changes, stamps.now, run.namespace, stamps)
+    graph = DrawnGraph(run.settings, changes, run.namespace, stamps)
     for part, value in _beginning(run).items():
         changes.put(part, value)
     graph.goal = run.log.goal if np.isfinite(run.log.goal).all() else None
