@@ -6,10 +6,9 @@ from pathlib import Path
 from shutil import copytree
 from typing import Any
 
-from collplan_ros.run.completion import complete
 from collplan_ros.run.page import write_run_page
-from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.result_files import IMPACTS, SUMMARY, TRAJECTORY, write_result_files
+from collplan_ros.run.recorded_run import SUMMARY, read_run
+from collplan_ros.run.result_files import IMPACTS, TRAJECTORY, complete, write_result_files
 from fingerprint import fingerprint
 from played_folders import recording_in
 from record import FOLDERS, keep
@@ -30,7 +29,7 @@ def frozen_run(name: str, scratch: Path) -> dict[str, Any]:
         complete(folder)
     else:
         run = read_run(folder)
-        write_result_files(folder, run.log, run.world, run.log.goal, run.settings, "reached", {})
+        write_result_files(run, run.log.goal, "reached", {})
     write_run_page(folder)
     summary = json.loads((folder / SUMMARY).read_text())
     files = {file: list(csv.reader((folder / file).open())) for file in (TRAJECTORY, IMPACTS)}

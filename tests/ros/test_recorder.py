@@ -27,11 +27,10 @@ from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.raw_reading import BYTES_TOPICS
 from collplan_ros.run.impacts import impacts_of
-from collplan_ros.run.log_builder import LogBuilder
 from collplan_ros.run.recorded_run import take_mark
 from collplan_ros.run.recorder import Recorder
 from collplan_ros.run.result_files import summarize, write_trajectory
-from collplan_ros.run.run_log import RunLog
+from collplan_ros.run.run_log import LogBuilder, RunLog
 
 STAMP, WALL_CLOCK = 50.0, 1.7e9
 FIRST_MOVE, ARRIVAL = 0.5, 2.0

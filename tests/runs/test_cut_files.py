@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from collplan_ros.replay.main import SAME
-from collplan_ros.run.completion import complete
 from collplan_ros.run.page.beside import main as beside
 from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.result_files import complete
 from collplan_ros.run.whole_file import RunError
 
 RECORDED = Path(__file__).parents[1] / "frozen" / "runs" / "simulated"

@@ -11,7 +11,7 @@ from collplan_core.plan import Candidates
 from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
 from collplan_ros.run.page import write_run_page
-from collplan_ros.run.picture import mover_places
+from collplan_ros.run.result_files import mover_places
 from collplan_ros.run.writer import RECORDING
 from made_runs import EPOCH
 from played_folders import newest, played_folder, recording_in, status

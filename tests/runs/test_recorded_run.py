@@ -19,10 +19,8 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
 from collplan_ros.run.impacts import impacts_of
-from collplan_ros.run.log_builder import LogBuilder
-from collplan_ros.run.page.played_run import played
 from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.run_log import RunLog
+from collplan_ros.run.run_log import LogBuilder, RunLog
 from collplan_ros.run.whole_file import RecordError, RunError, replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_recording
@@ -64,8 +62,8 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     for contacts, expected in zip(run.log.plans.values(), log.plans.values(), strict=True):
         np.testing.assert_allclose(contacts.times, expected.times, atol=1e-6)
     assert (run.log.simulated, run.note.startswith(f"{killed}: incomplete")) == (True, True)
-    shown, impacts = played(read_run(killed)), impacts_of(log, WINDOW)
-    assert shown.end == "incomplete"
+    shown, impacts = read_run(killed), impacts_of(log, WINDOW)
+    assert shown.end.words == "incomplete"
     np.testing.assert_allclose(shown.impacts.speeds, impacts.speeds, atol=1e-6)
     assert shown.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()
     assert {path: path.stat().st_mtime_ns for path in killed.iterdir()} == before

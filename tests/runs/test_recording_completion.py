@@ -13,11 +13,10 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
 from collplan_ros.replay.main import main as replay
-from collplan_ros.run.completion import KILLED, complete
 from collplan_ros.run.page.beside import main as beside
 from collplan_ros.run.reader import raw_messages
-from collplan_ros.run.recorded_run import read_run
-from collplan_ros.run.result_files import SUMMARY
+from collplan_ros.run.recorded_run import SUMMARY, read_run
+from collplan_ros.run.result_files import KILLED, complete
 from collplan_ros.run.whole_file import FolderLock
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_recordings import TOPICS, MadeRecording, String, point

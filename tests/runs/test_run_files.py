@@ -15,8 +15,8 @@ from collplan_ros.bringup.options import ROBOTS
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.impacts import impacts_of
-from collplan_ros.run.recorded_run import RecordedRun
-from collplan_ros.run.result_files import COLUMNS, PICTURE, SUMMARY, TRAJECTORY, summarize, write_trajectory
+from collplan_ros.run.recorded_run import SUMMARY, RecordedRun
+from collplan_ros.run.result_files import COLUMNS, PICTURE, TRAJECTORY, summarize, write_trajectory
 from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 from collplan_ros.run.whole_file import FolderLock
 from made_runs import EPOCH, GOAL, HIT_AT, RADIUS, SPEED, WINDOW, bouncing_run, detected_only, room
@@ -34,8 +34,8 @@ def test_all_files_are_written(tmp_path):
     folder = RunFolder(tmp_path / "runs", Settings())
     folder.become_latest()
     log = bouncing_run()
-    results = write_results(run_in(folder, log), PREPARED, "reached", "a reason")
-    assert not any(PICTURE in why for why in make_pictures(run_in(folder, log), results, PREPARED))
+    write_results(run_in(folder, log), PREPARED, "reached", "a reason")
+    assert not any(PICTURE in why for why in make_pictures(run_in(folder, log), PREPARED))
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert (summary["simulated"], summary["reason"]) == (True, "a reason")
@@ -59,13 +59,13 @@ def test_what_fails_costs_only_what_comes_after_it(tmp_path, monkeypatch):
     def fail(*_):
         raise ValueError("no font")
 
-    monkeypatch.setattr("collplan_ros.run.picture.draw_trajectory", fail)
+    monkeypatch.setattr("collplan_ros.bringup.main.draw_trajectory", fail)
     folder = RunFolder(tmp_path, Settings())
-    results = write_results(run_in(folder, bouncing_run()), PREPARED, "reached")
-    assert "no font" in make_pictures(run_in(folder, bouncing_run()), results, PREPARED)[0]
+    write_results(run_in(folder, bouncing_run()), PREPARED, "reached")
+    assert "no font" in make_pictures(run_in(folder, bouncing_run()), PREPARED)[0]
     left = ["impacts.csv", "log", "parameters.yaml", "summary.json", "trajectory.csv"]
     assert sorted(entry.name for entry in folder.path.iterdir()) == left
-    monkeypatch.setattr("collplan_ros.run.result_files.impacts_of", fail)
+    monkeypatch.setattr("collplan_ros.run.recorded_run.impacts_of", fail)
     folder = RunFolder(tmp_path, Settings())
     with pytest.raises(ValueError, match="font"):
         write_results(run_in(folder, bouncing_run()), PREPARED, "reached")
@@ -74,7 +74,7 @@ def test_what_fails_costs_only_what_comes_after_it(tmp_path, monkeypatch):
 
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
     folder = RunFolder(tmp_path, Settings())
-    summary = write_results(run_in(folder, RunLog()), PREPARED, "graph_lost").summary
+    summary = write_results(run_in(folder, RunLog()), PREPARED, "graph_lost")
     assert summary["reached"] is False
     assert summary["plan_time_ms"] == {"p50": None, "p99": None, "n": 0}
     assert json.loads((folder.path / SUMMARY).read_text())["impacts"] == 0

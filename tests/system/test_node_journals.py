@@ -1,7 +1,6 @@
 """The journals of the nodes, replayed on inputs of a trial one by one. Those of a graph: test_graph_reaches_goals."""
 
 from array import array
-from pathlib import Path
 
 from called_nodes import ask
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -31,9 +30,7 @@ class Recording:
         self.messages.append((topic, message))
 
     def journals(self) -> RecordedJournals:
-        return RecordedJournals(
-            Path(), rows_of((message.data for topic, message in self.messages if topic in TOPICS), "")
-        )
+        return RecordedJournals(rows_of((message.data for topic, message in self.messages if topic in TOPICS), ""))
 
     def compared(self) -> list[Comparison]:
         """The comparisons of planner and controller."""

@@ -16,10 +16,10 @@ from collplan_core.warm_up import warm_up
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.run.completion import KILLED, complete
 from collplan_ros.run.description import END
 from collplan_ros.run.reader import description, raw_messages
 from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.result_files import KILLED, complete
 from collplan_ros.run.run_log import RunLog
 from collplan_ros.run.writer import RECORDING
 

@@ -5,7 +5,7 @@ import pytest
 
 from collplan_core.impact import POSES, Impact
 from collplan_core.plan import Contacts, timed_path
-from collplan_ros.view.impacts import MOST, ShownImpacts
+from collplan_ros.view.scene import MOST, ShownImpacts
 
 POINT, NORMAL = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
 

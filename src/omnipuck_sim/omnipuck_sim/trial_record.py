@@ -17,47 +17,30 @@ from omnipuck_sim.robot.walks import Touch
 
 @dataclass(frozen=True, eq=False)
 class TrialResult:
-    """The record of one run (simulated).
-
-    Attributes:
-        outcome: reached, timeout, stuck, or aborted where the planner gave the goal up.
-        reason: reason of another outcome; empty where it reached the goal.
-        arrival_time: time from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
-        path_length: length of the true path from the first non-zero command to the end [m].
-        impacts: all k impacts of the run.
-        foreseen, deliberate: (k,) whether a plan in force foresaw each, and whether it was deliberate too.
-        rebounds: (k, 3) for each impact that the last plan before it foresaw, else NaN: angle between the foreseen
-            direction of its rebound and the true one [rad], the speed foreseen and the true one [m/s].
-        plan_times: (n,) wall time of each cycle from scan to plan [s].
-        candidates, candidates_before_pruning: (n,) numbers of candidates in each cycle.
-        maneuvers: control periods spent in each maneuver.
-        commands: (c, 4) simulated time [s], velocity [m/s, body frame] and yaw rate [rad/s] of every command.
-        trajectory: (m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command.
-        plans: the reference positions (n, 2) of every plan.
-        movers: (m, k, 5) x, y [m], vx, vy [m/s], radius [m] of each mover, at the times of the trajectory.
-        touches: touches of movers, their times as in the trajectory.
-    """
+    """The record of one run (simulated)."""
 
     world: str
     strategy: str
     seed: int
-    outcome: str
-    reason: str
-    arrival_time: float
-    path_length: float
-    impacts: tuple[Impact, ...]
-    foreseen: np.ndarray
-    deliberate: np.ndarray
+    outcome: str  # reached, timeout, stuck, or aborted where the planner gave the goal up
+    reason: str  # of another outcome than reached
+    arrival_time: float  # from the first non-zero command to the first pose within goal_tolerance, else the limit [s]
+    path_length: float  # of the true path from the first non-zero command to the end [m]
+    impacts: tuple[Impact, ...]  # all k of the run
+    foreseen: np.ndarray  # (k,) whether a plan in force foresaw each
+    deliberate: np.ndarray  # (k,) and whether it was deliberate too
     rebounds: np.ndarray
-    plan_times: np.ndarray
-    candidates: np.ndarray
-    candidates_before_pruning: np.ndarray
-    maneuvers: dict[str, int]
-    commands: np.ndarray
-    trajectory: np.ndarray
-    plans: tuple[np.ndarray, ...]
-    movers: np.ndarray
-    touches: tuple[Touch, ...]
+    """(k, 3) for each impact that the last plan before it foresaw, else NaN: angle between the direction of its rebound
+    foreseen and the true one [rad], the speed foreseen and the true one [m/s]."""
+    plan_times: np.ndarray  # (n,) wall time of each cycle from scan to plan [s]
+    candidates: np.ndarray  # (n,) their number in each cycle
+    candidates_before_pruning: np.ndarray  # (n,)
+    maneuvers: dict[str, int]  # control periods spent in each
+    commands: np.ndarray  # (c, 4) simulated time [s], velocity [m/s, body frame] and yaw rate [rad/s]
+    trajectory: np.ndarray  # (m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command
+    plans: tuple[np.ndarray, ...]  # the reference positions (n, 2) of each
+    movers: np.ndarray  # (m, k, 5) x, y [m], vx, vy [m/s], radius [m] of each, at the times of the trajectory
+    touches: tuple[Touch, ...]  # of movers, their times as in the trajectory
 
     @property
     def reached(self) -> bool:
@@ -72,15 +55,11 @@ class TrialResult:
 
 
 class TrialRecord:
-    """Record of a trial so far.
-
-    Attributes:
-        impacts, touches: the simulator's impacts, and touches of movers. May be added to.
-    """
+    """Record of a trial so far."""
 
     def __init__(self, world: str, settings: Settings, seed: int) -> None:
         """Starts empty."""
-        self.impacts: list[Impact] = []
+        self.impacts: list[Impact] = []  # the simulator's, as the touches of movers; may be added to
         self.touches: list[Touch] = []
         self._movers: list[np.ndarray] = []
         self._world, self._settings, self._seed = world, settings, seed

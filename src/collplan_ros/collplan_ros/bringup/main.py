@@ -31,12 +31,13 @@ from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.description import PARAMETERS
+from collplan_ros.run.impacts import counted_impacts
 from collplan_ros.run.recorded_run import RecordedRun, read_run
-from collplan_ros.run.result_files import PICTURE, Results, counted_impacts, write_result_files
+from collplan_ros.run.result_files import PICTURE, draw_trajectory, write_result_files
 from collplan_ros.run.whole_file import RecordError, RunError, replacing
 
 
-def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "") -> Results:
+def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "") -> dict[str, Any]:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
 
     `reason` explains its end; empty where the outcome suffices.
@@ -44,9 +45,8 @@ def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reas
     Raises:
         RecordError: a file cannot be written.
     """
-    settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    said = {"reason": reason, "repeat": repeating(preparation.asked, run.folder / PARAMETERS, goal)}
-    return write_result_files(run.folder, run.log, world, goal, settings, outcome, said)
+    repeat = repeating(preparation.asked, run.folder / PARAMETERS, preparation.goal)
+    return write_result_files(run, preparation.goal, outcome, {"reason": reason, "repeat": repeat})
 
 
 def repeating(asked: Sequence[str], parameters: Path, goal: np.ndarray) -> str:
@@ -56,17 +56,12 @@ def repeating(asked: Sequence[str], parameters: Path, goal: np.ndarray) -> str:
     return shlex.join([as_called("bringup"), *asked, "--params", str(parameters), "--goal", x, y])
 
 
-def make_pictures(run: RecordedRun, results: Results, preparation: Preparation) -> list[str]:
+def make_pictures(run: RecordedRun, preparation: Preparation) -> list[str]:
     """Draws trajectory.png and writes run.html, of a run with poses; returns why one of them is missing."""
 
     def picture() -> None:
-        from collplan_ros.run.picture import draw_trajectory, mover_places, run_end, run_title
-
-        world, simulated = preparation.world, preparation.robot.simulated
-        title = f"{run_title(world, preparation.settings, simulated)}: {run_end(results.summary)}"
-        movers = mover_places(run.recording, preparation.settings.frames.map)
         with replacing(run.folder / PICTURE) as path:
-            draw_trajectory(path, run.folder, world, preparation.goal, title, movers)
+            draw_trajectory(path, run, preparation.goal)
 
     def page() -> None:
         from collplan_ros.run.page import write_run_page
@@ -121,13 +116,13 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> R
     try:
         with StopSignal().listening():  # another Ctrl-C does not cost what is written now
             recorded = read_run(folder.path)
-            results = write_results(recorded, preparation, outcome, message)
+            summary = write_results(recorded, preparation, outcome, message)
     except (RecordError, RunError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.recording}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
-    result = RunResult(outcome, exit_code, message, folder.path, results.summary)
+    result = RunResult(outcome, exit_code, message, folder.path, summary)
     try:
-        for missing in make_pictures(recorded, results, preparation) if bringup.options.pictures else ():
+        for missing in make_pictures(recorded, preparation) if bringup.options.pictures else ():
             say(missing)
     except KeyboardInterrupt:
         say(_conclusion(result))

@@ -19,17 +19,13 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Parameters found, and those that the motion did not show, each with the motion that would.
-
-    Attributes:
-        axes: how the motion measured is turned [rad], mirrored and scaled against the commands; None where not shown.
-        remarks: what else is to be said, each with its verdict.
-    """
+    """Parameters found, and those that the motion did not show, each with the motion that would."""
 
     found: dict[str, Found] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)
+    # how the motion measured is turned [rad], mirrored and scaled against the commands; None where not shown
     axes: dict[str, Any] = field(default_factory=lambda: {"turned": None, "mirrored": None, "scale": None})
-    remarks: list[tuple[str, str]] = field(default_factory=list)
+    remarks: list[tuple[str, str]] = field(default_factory=list)  # what else is to be said, each with its verdict
 
     @property
     def values(self) -> dict[str, Any]:

@@ -18,12 +18,10 @@ from collplan_core.time_to_goal_planner.boundary_memory.record import Remembered
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_ros.inspect.stages import Happened
 from collplan_ros.inspect.words import WRONG, Line
-from collplan_ros.run.page.one_file import one_file
 from collplan_ros.run.page.run_frames import EARLY, PERIOD, Frame
-from collplan_ros.run.page.run_page import fitted, largest_file
-from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.page.run_page import Recording, write_recordings
 from collplan_ros.view import scene
-from collplan_ros.view.impacts import ShownImpacts
+from collplan_ros.view.scene import ShownImpacts
 
 PAGE = "inspect.html"
 MAP_PERIOD, MAPPED, AROUND = 0.5, 4.0, 1.0
@@ -43,10 +41,8 @@ def write_inspect_page(
     wrong = "; ".join(f"{verdict}: {text}" for verdict, text in lines if verdict == WRONG)
     notes = [f"{verdict}: {text}" for verdict, text in lines if verdict != WRONG]
     told = {"title": name, "end": "as found", "reason": wrong, "notes": notes}
-    frames, title = Drawing(settings).frames_of(name, happened), f"inspect {name}"
-    text = one_file(title, [fitted(told, frames, largest_file(frames[-1]["t"]) - len(one_file(title, [])))])
-    with replacing(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8", newline="\n")
+    frames = Drawing(settings).frames_of(name, happened)
+    write_recordings(path, f"inspect {name}", [Recording(told, frames, frames[-1]["t"])])
 
 
 class Drawing:

@@ -43,27 +43,17 @@ class Topics:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What a recording holds, in the order of receipt.
+    """What a recording holds, in the order of receipt: times of it [s] and messages."""
 
-    Attributes:
-        name: that of its file or folder.
-        topics: from where.
-        format: that of the poses, as `mocap.format`.
-        poses, scans, commands: times of receipt [s] and messages.
-        links: each frame in its parent, of /tf_static.
-        duration: [s].
-        is_cut: whether it has no end, as where its recorder was killed.
-    """
-
-    name: str
+    name: str  # of its file or folder
     topics: Topics
-    format: str
-    duration: float
+    format: str  # of the poses, as `mocap.format`
+    duration: float  # [s]
     poses: list[tuple[float, Any]] = field(default_factory=list)
     scans: list[tuple[float, Any]] = field(default_factory=list)
     commands: list[tuple[float, Any]] = field(default_factory=list)
-    links: dict[str, Link] = field(default_factory=dict)
-    is_cut: bool = False
+    links: dict[str, Link] = field(default_factory=dict)  # each frame in its parent, of /tf_static
+    is_cut: bool = False  # as where its recorder was killed
 
 
 def read_recording(path: Path, told: Topics, given: Mocap, said: Callable[[float], None]) -> Recording:

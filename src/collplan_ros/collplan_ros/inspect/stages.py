@@ -53,19 +53,13 @@ class Reasons(Refusals):
 
 
 class Stages:
-    """Poses, scans and commands pass the stages one by one, each at its time of receipt [s].
-
-    Attributes:
-        impacts: those found in the poses.
-        drive: the drive as learnt from the commands.
-        happened: all that a page can show, in order.
-    """
+    """Poses, scans and commands pass the stages one by one, each at its time of receipt [s]."""
 
     def __init__(self, recording: Recording, settings: Settings) -> None:
         """Nothing has come yet."""
-        self.impacts: list[Impact] = []
-        self.drive = DriveWatch(settings)
-        self.happened: list[Happened] = []
+        self.impacts: list[Impact] = []  # found in the poses
+        self.drive = DriveWatch(settings)  # as learnt from the commands
+        self.happened: list[Happened] = []  # all that a page can show, in order
         self._settings, self._memory = settings, FRESH
         self._read = FORMATS[recording.format].read
         self._sensed, self._reasons = SensedScans(settings.limits.pose_history), Reasons()

@@ -1,106 +1,108 @@
 """Subscriptions of view_node: those of a drawn graph, from when a page is opened until none is."""
 
-from collections.abc import Callable, Mapping
+from ast import literal_eval
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
-from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import LaserScan, PointCloud2
-from visualization_msgs.msg import MarkerArray
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
-from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.raw_reading import BYTES_TOPICS
+from collplan_ros.messages.status_values import values_of
+from collplan_ros.node_kit.inputs import Info, with_info
 from collplan_ros.node_kit.node_names import is_in
-from collplan_ros.node_kit.shown_topics import ShownTopics
-from collplan_ros.nodes.view_parameters import GraphParameters
+from collplan_ros.run.topics import recorded_topics
 from collplan_ros.view.drawn_graph import DrawnGraph
 
-POSES = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Every pose of a frame's time and of a short stall; none is waited for."""
-COMMANDS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
-NEWEST = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-GOAL = "goal_pose"
-TOPICS: dict[str, tuple[type, QoSProfile]] = {
-    "mocap/odom": (Odometry, POSES),
-    "scan": (LaserScan, NEWEST),
-    "planner/trajectory": (PointCloud2, qos.EVENT),
-    "plan": (Path, NEWEST),
-    "planner/seen": (PointCloud2, qos.LATCHED),
-    "planner/compared": (PointCloud2, qos.LATCHED),
-    "planner/costs": (DiagnosticArray, NEWEST),
-    "goal_status": (GoalStatus, qos.LATCHED),
-    "ground_truth/movers": (MarkerArray, NEWEST),
-    "movers": (MarkerArray, NEWEST),
-    "impact/contact": (PointCloud2, qos.EVENT),
-    "controller/state": (DiagnosticStatus, qos.LATCHED),
-    "controller/drive": (DiagnosticStatus, qos.LATCHED),
-    "robot/state": (DiagnosticStatus, qos.LATCHED),
-    "/diagnostics": (DiagnosticArray, qos.DIAGNOSTICS_SUBSCRIBED),
+
+def _best_effort(depth: int) -> QoSProfile:
+    return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+GOAL, CONSTANTS = "goal_pose", "shared_constants"
+SHOWN: dict[str, QoSProfile] = {
+    # every pose of a frame's time and of a short stall; none is waited for
+    "mocap/odom": _best_effort(100),
+    "cmd_vel": _best_effort(20),
+    **dict.fromkeys(("scan", "plan", "planner/costs", "ground_truth/movers", "movers"), _best_effort(1)),
+    **dict.fromkeys(("planner/trajectory", "impact/contact"), qos.EVENT),
+    **dict.fromkeys(("planner/seen", "planner/compared", "goal_status"), qos.LATCHED),
+    **dict.fromkeys(("controller/state", "controller/drive", "robot/state"), qos.LATCHED),
+    "/diagnostics": qos.DIAGNOSTICS_SUBSCRIBED,
+    CONSTANTS: qos.CONSTANTS_SUBSCRIBED,
 }
-"""Type and QoS of each topic, but for the commands, whose type is a parameter."""
+"""Profiles of what is subscribed while a page is open; the types are those of `recorded_topics`."""
 
 
 class ViewInputs:
-    """The topics that the page shows: subscribed between `open` and `close`.
+    """The topics that the page shows: subscribed between `open` and `close`, but for goals, which are not repeated."""
 
-    Attributes:
-        graph: the graph as it is drawn.
-    """
-
-    def __init__(
-        self, node: Node, settings: Settings, parameters: GraphParameters, new_graph: Callable[[], DrawnGraph]
-    ) -> None:
-        """Subscribes in `node`; an opening begins with a `new_graph`. `parameters` takes what nodes tell."""
+    def __init__(self, node: Node, settings: Settings, new_graph: Callable[[], DrawnGraph]) -> None:
+        """Subscribes in `node`; an opening begins with a `new_graph`."""
         self.graph = new_graph()
-        self._new_graph = new_graph
-        self._parameters = parameters
-        self._namespace = node.get_namespace()
-        self._topics = TOPICS | {"cmd_vel": (command_type(settings.controller), COMMANDS)}
-        # a goal is not repeated
-        self._always = ShownTopics(node)
-        self._always.listen(PoseStamped, GOAL, self._take_goal, qos.EVENT)
-        self._watched = ShownTopics(node)
-
-    @property
-    def refused(self) -> int:
+        """The graph as it is drawn."""
+        self.parameters: dict[str, dict[str, object]] = {}
+        """What nodes tell of theirs, latched and whenever one changes: by node, the newest told last, and by name."""
+        self.refused = 0
         """Number of messages that could not be read."""
-        return self._always.refused + self._watched.refused
-
-    @property
-    def newest_refusal(self) -> str:
-        """Text of the newest message that could not be read; "" before the first."""
-        return self._watched.newest_refusal or self._always.newest_refusal
+        self.newest_refusal = ""
+        """Reason of the newest one; empty before the first."""
+        self._node = node
+        self._new_graph = new_graph
+        self._topics = recorded_topics(settings)
+        self._goals = self._subscribed(GOAL, qos.EVENT)
+        self._watched: list[Subscription] = []
 
     def open(self) -> None:
         """Subscribes to everything that is shown."""
         self._begin_anew()
-        for topic, (kind, profile) in self._topics.items():
-            self._watched.listen(kind, topic, self._taker(topic), profile, raw=topic in BYTES_TOPICS)
-        self._watched.listen(DiagnosticStatus, "shared_constants", self._take_constants, qos.CONSTANTS_SUBSCRIBED)
+        self._watched = [self._subscribed(topic, profile) for topic, profile in SHOWN.items()]
         self.graph.put_goal()
 
     def close(self) -> None:
         """Ends what `open` began."""
-        self._watched.close()
+        for subscription in self._watched:
+            self._node.destroy_subscription(subscription)
+        self._watched = []
         self._begin_anew()
 
     def _begin_anew(self) -> None:
         goal, self.graph = self.graph.goal, self._new_graph()
         self.graph.goal = goal
 
-    def _taker(self, topic: str) -> Callable[[Any, Mapping[str, Any]], None]:
-        take = self.graph.takers[topic]
-        return lambda message, info: take(message, 1e-9 * info["source_timestamp"])
+    def _subscribed(self, topic: str, profile: QoSProfile) -> Subscription:
+        kind = self._topics[topic].kind
 
-    def _take_goal(self, message: PoseStamped, _: Mapping[str, Any]) -> None:
-        self.graph.takers[GOAL](message, 0.0)
+        def taking(data: bytes, info: Info) -> None:
+            if subscription is not self._goals and subscription not in self._watched:
+                return  # it came while all ended
+            # a message of another program may be wrong in any way, and must not end a viewer
+            try:
+                message = data if topic in BYTES_TOPICS else deserialize_message(data, kind)
+                if topic == CONSTANTS:
+                    self._take_constants(message)
+                else:
+                    self.graph.takers[topic](message, 1e-9 * info["source_timestamp"])
+            except Exception as error:
+                self.refused += 1
+                self.newest_refusal = f"{subscription.topic}: {' '.join(str(error).split())}"
 
-    def _take_constants(self, message: DiagnosticStatus, _: Mapping[str, Any]) -> None:
-        if is_in(self._namespace, str(message.name)):
-            self._parameters.take(message)
+        # as bytes: an executor that cannot read a message raises
+        subscription = self._node.create_subscription(kind, topic, with_info(taking), profile, raw=True)
+        return subscription
+
+    def _take_constants(self, message: Any) -> None:
+        """Takes what a node tells; a value that is none of Python's is left out."""
+        name, told = str(message.name), dict[str, object]()
+        if not is_in(self._node.get_namespace(), name):
+            return
+        for key, text in values_of(message).items():
+            with suppress(ValueError, SyntaxError):
+                told[key] = literal_eval(text)
+        self.parameters.pop(name, None)
+        self.parameters[name] = told

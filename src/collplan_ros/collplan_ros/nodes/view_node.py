@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 
-from collplan_core.evaluation.run_end import machine_verdict, pace_words
 from collplan_core.parameters import Frames, ScanInput, Settings, View
 from collplan_core.scan import Scan
 from collplan_core.strategies import NAMES
@@ -21,13 +20,12 @@ from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.service_calls import ServiceCalls
-from collplan_ros.nodes.view_actions import ViewActions
+from collplan_ros.nodes.view_actions import STRATEGY, ViewActions
 from collplan_ros.nodes.view_inputs import ViewInputs
-from collplan_ros.nodes.view_parameters import STRATEGY, GraphParameters, first_of
 from collplan_ros.view import scene
-from collplan_ros.view.drawn_graph import DrawnGraph
+from collplan_ros.view.drawn_graph import DrawnGraph, Stamps
 from collplan_ros.view.frames import Changes
-from collplan_ros.view.server import PageServer, Reply
+from collplan_ros.view.server import PageServer
 from collplan_ros.view.which_robot import Values, which_robot
 
 SCALES = ("robot.max_speed", "planner.goal_tolerance", "remembered.spacing")
@@ -65,9 +63,8 @@ class ViewNode(Node):
         self._steady = steady_clock()
         self._changes = Changes()
         self._calls = ServiceCalls(self)
-        self._graph_parameters = GraphParameters(self._calls)
-        self._inputs = ViewInputs(self, self._settings, self._graph_parameters, self._new_graph)
-        self._actions = ViewActions(self, self._calls, self._choose, self._settings.frames.map)
+        self._inputs = ViewInputs(self, self._settings, self._new_graph)
+        self._actions = ViewActions(self, self._calls, self._inputs, self._settings.frames.map)
         self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
         self._world_name: str | None = None
         self._world: Future[World] | None = None
@@ -85,10 +82,7 @@ class ViewNode(Node):
         return self._server.address
 
     def _new_graph(self) -> DrawnGraph:
-        return DrawnGraph(self._settings, self._changes, self._now, self.get_namespace())
-
-    def _choose(self, strategy: str, reply: Reply) -> None:
-        self._graph_parameters.choose(strategy, self._inputs.graph.heard, reply)
+        return DrawnGraph(self._settings, self._changes, self.get_namespace(), Stamps(self._now))
 
     def _now(self) -> float:
         return seconds(self._steady)
@@ -128,36 +122,20 @@ class ViewNode(Node):
     # ---- what the frames begin with
 
     def _put_about(self, heard: Collection[str]) -> None:
-        known = self._graph_parameters.values
+        known = self._inputs.parameters
         # reports of a node that has gone no longer hold
         there = {name: each for name, each in known.items() if name in heard}
         world, trouble = self._found_world(there)
-        self._changes.put(
-            "about",
-            {
-                "robot": which_robot(self._inputs.graph.robot, known, heard),
-                "namespace": self.get_namespace(),
-                "world": self._world_name or "",
-                "trouble": trouble,
-                "radius": _milli(first_of(there, "robot.radius"), self._settings.robot.radius),
-                "max_speed": round(1000 * self._settings.robot.max_speed),
-                "tolerance": round(1000 * self._settings.planner.goal_tolerance),
-                "spacing": round(1000 * self._settings.remembered.spacing),
-            },
-        )
+        kind = which_robot(self._inputs.graph.robot, known, heard)
+        about = scene.about(kind, self.get_namespace(), self._world_name or "", self._settings)
+        radius = _milli(first_of(there, "robot.radius"), self._settings.robot.radius)
+        self._changes.put("about", about | {"trouble": trouble, "radius": radius})
         self._changes.put("world", world)
         strategy = first_of(there, STRATEGY)
         # one that was registered in the planner's process alone is no name here
         choices = [*NAMES, *({strategy} - {*NAMES})]
         self._changes.put("strategy", None if strategy is None else {"value": strategy, "choices": choices})
-        self._put_machine()
-
-    def _put_machine(self) -> None:
-        """Puts the speed of simulated time, and whether the machine is fast enough for a real robot."""
-        now, recent = self._now(), self._inputs.graph.recent
-        speed_factor = self._settings.simulator.speed_factor
-        verdict = machine_verdict(recent.timing(now), speed_factor, self._settings.limits.command_age)
-        self._changes.put("machine", {"pace": pace_words(recent.newest_factor(now)), "verdict": verdict})
+        self._inputs.graph.put_machine()
 
     def _found_world(self, known: Mapping[str, Values]) -> tuple[scene.Part, str]:
         """Returns the world named by nodes with these parameters, or the reason why there is none."""
@@ -195,6 +173,11 @@ class ViewNode(Node):
         self._server.close()
         self._loader.shutdown(wait=False, cancel_futures=True)
         super().destroy_node()
+
+
+def first_of(values: Mapping[str, Values], name: str) -> Any:
+    """The value of a parameter in the first node that has it; None where none has."""
+    return next((each[name] for each in values.values() if name in each), None)
 
 
 def _milli(value: object, otherwise: float) -> int:

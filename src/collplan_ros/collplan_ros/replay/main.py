@@ -12,9 +12,9 @@ from collplan_core.replay.journal import CONTROLLER, PLANNER, changes
 from collplan_core.replay.values import JournalError
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.replay.recorded_journals import RecordedJournals, read_journals
-from collplan_ros.run.completion import complete
 from collplan_ros.run.page import write_run_page
 from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.result_files import complete
 from collplan_ros.run.whole_file import RecordError, RunError
 from collplan_ros.run.writer import RECORDING
 

@@ -17,17 +17,10 @@ TOPICS = {"planner/journal": PLANNER, "controller/journal": CONTROLLER}
 
 @dataclass(frozen=True, eq=False)
 class RecordedJournals:
-    """The journals of a run.
+    """The journals of a run."""
 
-    Attributes:
-        source: the file that they come from.
-        rows: their lines.
-        cut: where that file is cut off, in words; "" where it has an end.
-    """
-
-    source: Path
-    rows: Sequence[Mapping[str, Any]]
-    cut: str = ""
+    rows: Sequence[Mapping[str, Any]]  # their lines
+    cut: str = ""  # where that file is cut off, in words; "" where it has an end
 
     def events(self, of: str) -> list[Event]:
         """Returns the events in the journal of a loop, PLANNER or CONTROLLER; empty where there is none.
@@ -50,7 +43,7 @@ def read_journals(run: Path) -> RecordedJournals:
     rows = rows_of(lines, str(path))
     if not any("of" in row for row in rows):
         raise JournalError(f"{path}: holds no journal, expected a run of bringup or a trial's journal")
-    return RecordedJournals(path, rows, cut)
+    return RecordedJournals(rows, cut)
 
 
 def _recorded_lines(path: Path) -> tuple[list[str], str]:

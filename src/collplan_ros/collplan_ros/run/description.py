@@ -30,16 +30,10 @@ def describe_run(
     namespace: str,
     clock_ahead: int,
 ) -> None:
-    """Begins a recording with the description of its run.
+    """Begins a recording, to which nothing was written yet, with the description of its run.
 
-    Args:
-        recording: the file, to which nothing was written yet.
-        parameters: file of all parameters.
-        world: world of the run.
-        goal: x, y [m].
-        simulated: whether the robot is simulated.
-        namespace: namespace of the robot's nodes.
-        clock_ahead: time by which the clock of the messages' times is ahead of the steady clock [ns].
+    `parameters` is the file of all parameters, the goal x, y [m]; the clock of the messages' times is `clock_ahead` of
+    the steady clock [ns].
 
     Raises:
         OSError: the file of parameters cannot be read.

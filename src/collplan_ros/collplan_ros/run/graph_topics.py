@@ -84,20 +84,10 @@ class GraphTopics:
 
 
 class _Topic:
-    """One topic.
-
-    Attributes:
-        listeners: functions that take each message.
-        takers_of_bytes: functions that take its bytes.
-    """
+    """One topic, and what takes its messages or their bytes."""
 
     def __init__(
-        self,
-        node: Node,
-        topic: RecordedTopic,
-        times: SendTimes,
-        recording: RecordingFile,
-        group: CallbackGroup,
+        self, node: Node, topic: RecordedTopic, times: SendTimes, recording: RecordingFile, group: CallbackGroup
     ) -> None:
         self.listeners: list[Take] = []
         self.takers_of_bytes: list[Take] = []

@@ -29,14 +29,10 @@ class JudgedImpacts:
     Of a simulated robot: those of the simulation, contacts begun at more than 0.08 m/s into the wall; contacts within
     50 ms of one on the same surface belong to it. Of a real robot: the impacts that were detected in the poses or
     sensed by the ring.
-
-    Attributes:
-        all: k impacts.
-        verdicts: which were foreseen, which deliberate, and how well.
     """
 
     all: Sequence[Impact]
-    verdicts: Verdicts
+    verdicts: Verdicts  # which were foreseen, which deliberate, and how well
 
     @cached_property
     def speeds(self) -> np.ndarray:
@@ -53,9 +49,7 @@ class JudgedImpacts:
 def impacts_of(log: RunLog, velocity_window: float) -> JudgedImpacts:
     """The impacts of a run. The velocity after a measured one is that which poses show later, and so better.
 
-    Args:
-        log: the run.
-        velocity_window: mocap.velocity_window, over which velocities of measured poses are fitted [s].
+    `velocity_window` is mocap.velocity_window, over which velocities of measured poses are fitted [s].
     """
     impacts = log.own_impacts if log.poses else []
     if not log.truth:
@@ -94,3 +88,8 @@ def write_impacts(path: Path, impacts: JudgedImpacts, begin: float) -> None:
             vectors = each.point, each.normal, each.velocity_before, each.velocity_after
             numbers = [each.time - begin, *np.concatenate(vectors), error]
             writer.writerow([*(f"{number:.6f}" for number in numbers), *(str(bool(kind)).lower() for kind in kinds)])
+
+
+def counted_impacts(number: int) -> str:
+    """Number of impacts in words: "1 impact", "2 impacts"."""
+    return f"{number} impact{'' if number == 1 else 's'}"

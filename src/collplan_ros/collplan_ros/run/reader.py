@@ -24,30 +24,30 @@ SHORTEST = 2 * len(MAGIC) + 29
 
 
 class Message(NamedTuple):
-    """A message as it was sent.
+    """A message as it was sent."""
 
-    Attributes:
-        topic: topic, as it was requested.
-        kind: its type, such as nav_msgs/msg/Odometry.
-        data: CDR with its header, as rclpy deserialises it.
-        came: time of receipt by the recorder [ns, wall clock at the begin of the recording, continued].
-        sent: send time [ns, the same clock].
-        number: its number among its publisher's messages, from 1; 0 where that is unknown.
-        decode: makes an object with the message's fields from its data; needs no ROS.
-    """
-
-    topic: str
-    kind: str
-    data: bytes
-    came: int
-    sent: int
-    number: int
+    topic: str  # as it was requested
+    kind: str  # its type, such as nav_msgs/msg/Odometry
+    data: bytes  # CDR with its header, as rclpy deserialises it
+    came: int  # when the recorder received it [ns, wall clock at the begin of the recording, continued]
+    sent: int  # [ns, the same clock]
+    number: int  # among its publisher's messages, from 1; 0 where that is unknown
     decode: Callable[[bytes], Any]
 
     @property
     def decoded(self) -> Any:
-        """The message; it has the fields of ROS's own."""
+        """The message; it has the fields of ROS's own, and needs no ROS."""
         return self.decode(self.data)
+
+    @property
+    def content(self) -> Any:
+        """The message, or its bytes on a topic of BYTES_TOPICS; None where it cannot be decoded."""
+        if self.topic in BYTES_TOPICS:
+            return self.data
+        try:
+            return self.decoded
+        except Exception:  # whatever the library makes of bytes that are no message
+            return None
 
 
 def entries(path: Path, topics: Sequence[str]) -> Iterator[Metadata | Message]:
@@ -109,16 +109,6 @@ def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]
         RunError: the file is missing, or is no recording.
     """
     return ((each.topic, each.came, each.decoded) for each in raw_messages(path, topics))
-
-
-def content(message: Message) -> Any:
-    """Returns a message, or its bytes on a topic of BYTES_TOPICS; None where it cannot be decoded."""
-    if message.topic in BYTES_TOPICS:
-        return message.data
-    try:
-        return message.decoded
-    except Exception:  # whatever the library makes of bytes that are no message
-        return None
 
 
 def attachment(path: Path, name: str) -> str:

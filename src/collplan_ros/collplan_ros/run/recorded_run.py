@@ -1,13 +1,17 @@
 """A run read from its folder: its parameters, its world and its log, also of one whose bringup was killed."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 from mcap.records import Metadata
 
 import collplan_core.planners  # noqa: F401  (registers what a run may have been planned by)
+from collplan_core.evaluation.run_end import pace_words
 from collplan_core.parameters import Settings, Simulation
 from collplan_core.parameters.file import parameters_of, read_parameters
 from collplan_core.parameters.spec import ParameterError
@@ -17,42 +21,76 @@ from collplan_core.replay.values import JournalError
 from collplan_core.worlds import UNKNOWN, World, WorldError, load_world
 from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
-from collplan_ros.run.log_builder import End, LogBuilder
-from collplan_ros.run.reader import attachment, content, description, entries, is_whole, messages, namespace_of
-from collplan_ros.run.run_log import RunLog, SentGoal
+from collplan_ros.run.impacts import JudgedImpacts, counted_impacts, impacts_of
+from collplan_ros.run.reader import attachment, description, entries, is_whole, messages, namespace_of
+from collplan_ros.run.run_log import End, LogBuilder, RunLog, SentGoal
 from collplan_ros.run.whole_file import RunError, has_end
 from collplan_ros.run.writer import RECORDING
 
 NANO = 10**9
+SUMMARY, INCOMPLETE = "summary.json", "incomplete"
+LONGEST = 120
+"""Characters of a world's name that are shown."""
+
+
+class RunEnd(NamedTuple):
+    """End of a run in words, its reason where they do not suffice, and the speed of simulated time and the machine."""
+
+    words: str
+    reason: str = ""
+    pace: str = ""
+    machine: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """A run read from its folder.
-
-    Attributes:
-        folder: the run folder.
-        settings: the parameters used.
-        world: the world that the robot was in.
-        log: log of the run.
-        clock_ahead: time by which the clock of the recording is ahead of that of `sent` in the log [ns].
-        namespace: namespace of the robot's nodes.
-        has_results: whether bringup, or its completion, has written the run's results.
-        is_whole: whether its recording has an end.
-        has_ended: whether the recording says that the run did.
-        lacks: what bringup has put into a recording and is not in this one, in words.
-    """
+    """A run read from its folder, which all that shows or tells of it is made from."""
 
     folder: Path
     settings: Settings
     world: World
     log: RunLog
-    clock_ahead: int
+    clock_ahead: int  # of the recording's clock before that of `sent` in the log [ns]
     namespace: str
-    has_results: bool
-    is_whole: bool
-    has_ended: bool
-    lacks: Sequence[str] = ()
+    has_results: bool  # whether bringup, or its completion, has written them
+    is_whole: bool  # whether its recording has an end
+    has_ended: bool  # whether the recording says that the run did
+    lacks: Sequence[str] = ()  # what bringup puts into a recording and is not in this one, in words
+
+    @cached_property
+    def impacts(self) -> JudgedImpacts:
+        """Its impacts."""
+        return impacts_of(self.log, self.settings.mocap.velocity_window)
+
+    @property
+    def title(self) -> str:
+        """World, strategy and seed, and whether it was simulated, on one line."""
+        # a world's name may be any text: both ends of it tell more than its beginning
+        name = " ".join(self.world.name.split())
+        if len(name) > LONGEST:
+            name = f"{name[: LONGEST // 2]}...{name[3 - LONGEST // 2 :]}"
+        kind = "simulated" if self.log.simulated else "measured"
+        return f"{name}, {self.settings.planner.strategy}, seed {self.settings.simulator.seed} ({kind})"
+
+    @property
+    def end(self) -> RunEnd:
+        """Its end as summary.json tells it; INCOMPLETE where there is none.
+
+        Raises:
+            RunError: that has another form than bringup writes.
+        """
+        path = self.folder / SUMMARY
+        try:
+            summary = json.loads(path.read_text())
+            arrival = summary["arrival_time_s"]
+            end = f"goal reached in {arrival:.1f} s" if arrival is not None else summary["outcome"].replace("_", " ")
+            words = f"{end}, {summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}"
+            pace = pace_words(summary.get("real_time_factor"))
+            return RunEnd(words, str(summary.get("reason", "")), pace, str(summary.get("machine", "")))
+        except FileNotFoundError:
+            return RunEnd(INCOMPLETE)
+        except (OSError, LookupError, TypeError, ValueError, AttributeError) as error:
+            raise RunError(f"{path}: expected JSON with the figures of a run: {error!r}") from None
 
     @property
     def recording(self) -> Path:
@@ -90,8 +128,7 @@ def read_run(folder: Path) -> RecordedRun:
     lacks: list[str] = []
     settings = _settings(folder / PARAMETERS, path, lacks)
     world = _world(path, settings.simulator, lacks)
-    about = description(path, RUN)
-    namespace, clock_ahead = about.get("namespace") or namespace_of(path), int(about.get(CLOCK, "0"))
+    namespace, clock_ahead = namespace_of(path), int(description(path, RUN).get(CLOCK, "0"))
     builder = LogBuilder(settings)
     marks, placed = _marks(path, clock_ahead, lacks)
     for entry in entries(path, builder.topics):
@@ -102,11 +139,11 @@ def read_run(folder: Path) -> RecordedRun:
         sent = (entry.sent - clock_ahead) / NANO
         while not placed and marks and marks[0][0] <= sent:
             take_mark(builder, *marks.pop(0)[1:])
-        if (message := content(entry)) is not None:
+        if (message := entry.content) is not None:
             builder.take(entry.topic, message, sent)
     for _, name, values in [] if placed else marks:
         take_mark(builder, name, values)
-    whole = has_end(folder / "summary.json"), is_whole(path), any(name == END for _, name, _ in marks)
+    whole = has_end(folder / SUMMARY), is_whole(path), any(name == END for _, name, _ in marks)
     return RecordedRun(folder, settings, world, builder.log, clock_ahead, namespace, *whole, lacks)
 
 
@@ -126,7 +163,7 @@ def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], 
         if isinstance(entry, Metadata):
             found += [entry] if entry.name in (BEGIN, GOAL, END) else []
         elif entry.topic == "goal_pose":
-            if (asked := content(entry)) is not None:
+            if (asked := entry.content) is not None:
                 sent, at = (entry.sent - clock_ahead) / NANO, asked.pose.position
                 values = dict(zip(SentGoal._fields, map(str, (sent, at.x, at.y)), strict=True))
                 repeated = goals and goals[-1][2] | {"sent": ""} == values | {"sent": ""}
@@ -155,7 +192,7 @@ def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None
     if name == BEGIN:
         builder.begin(values["simulated"] == "true")
     elif name == GOAL:
-        builder.ask(SentGoal(*(float(values[key]) for key in SentGoal._fields)))
+        builder.asked(SentGoal(*(float(values[key]) for key in SentGoal._fields)))
     elif name == END:
         builder.end(End(*(float(values[key]) for key in End._fields)))
 

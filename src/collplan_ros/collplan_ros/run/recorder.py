@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -26,15 +26,8 @@ from collplan_ros.messages.states import HELD, STOPPED
 from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
-from collplan_ros.run.log_builder import LogBuilder
-from collplan_ros.run.run_log import PoseRow, SentGoal
-
-
-class Listening(Protocol):
-    """Source of the messages to record."""
-
-    def listen(self, topic: str, take: Callable[[Any, float], None], raw: bool = False) -> None:
-        """Hands each message of a topic, or its bytes, to `take`, with its send time [s, steady clock]."""
+from collplan_ros.run.graph_topics import GraphTopics
+from collplan_ros.run.run_log import LogBuilder, RunLog, SentGoal
 
 
 class GoalReport(NamedTuple):
@@ -44,31 +37,16 @@ class GoalReport(NamedTuple):
     sent: float
 
 
-class Recorder:
-    """Logs messages from `begin()` on, and keeps the newest ones; `finish()` sets the end of the run.
+class Recorder(LogBuilder):
+    """The log of a run that is under way, whose begin and end it marks, and the newest reports of the nodes.
 
-    The log is complete up to there, however late and in any order messages arrive. A message that cannot be read is
+    The log is complete up to its end, however late and in any order messages arrive. A message that cannot be read is
     left out; the node that drops it counts it.
-
-    Attributes:
-        reported: newest diagnostics, by the node's full name.
-        reported_at: send times of these [s, steady clock].
-        goal: newest report of the goal given last; None before the first.
-        robot: values of the newest report of the robot, by key.
-        emergency_stop: reason why the robot's emergency stop is latched; empty while it is not.
-        held: reason why the robot is held; empty while it is not.
-        standing: reason why the controller commands the robot to stand; empty while it moves it.
-        scan_came: whether a usable scan was received.
-        blind: angle that the first usable scan leaves out [rad].
-        scan_refused: reason of the newest refusal of a scan; empty before the first.
-        lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
-        maneuver: the newest maneuver.
-        stands_since: send time of the newest command, if it is zero [s, steady clock]; infinite while one moves.
     """
 
     def __init__(
         self,
-        topics: Listening,
+        topics: GraphTopics,
         settings: Settings,
         mark: Callable[[str, Mapping[str, str]], None],
         times: SendTimes,
@@ -78,46 +56,41 @@ class Recorder:
 
         `mark` is called with name and values where the run begins or ends and where a goal is given.
         """
+        super().__init__(settings)
         self.reported: dict[str, DiagnosticStatus] = {}
+        """Newest diagnostics, by the node's full name."""
         self.reported_at: dict[str, float] = {}
+        """When these were sent [s, steady clock]."""
         self.goal: GoalReport | None = None
+        """Newest report of the goal given last; None before the first."""
         self.robot: dict[str, str] = {}
+        """Values of the newest report of the robot, by key."""
         self.emergency_stop = self.held = self.standing = ""
-        self.scan_came, self.blind = False, 0.0
-        self.scan_refused = ""
+        """Why it is latched, why the robot is held, and why it is commanded to stand or to creep; "" where not."""
+        self.scan_came, self.scan_refused = False, ""
+        """Whether a usable scan has come, and the reason of the newest refusal of one before it."""
+        self.blind = 0.0
+        """Angle that the first usable scan leaves out [rad]."""
         self.lateness = 0.0
+        """Time from sending the newest pose until it was taken here [s]; 0 before the first."""
         self.maneuver = STANDS
+        """The newest maneuver."""
         self.stands_since = 0.0
-        self._builder = LogBuilder(settings)
+        """When the newest command was sent, if it is zero [s, steady clock]; infinite while one moves."""
         self._mark = mark
         self._times = times
         self._namespace = namespace
         self._base, self._scan_input = settings.frames.base, settings.scan
         self._asked = 0.0
-        for topic in self._builder.topics:
-            topics.listen(topic, partial(self._builder.take, topic), topic in BYTES_TOPICS)
+        for topic in self.topics:
+            topics.listen(topic, partial(self.take, topic), topic in BYTES_TOPICS)
         self._listen(topics)
-
-    @property
-    def newest(self) -> PoseRow | None:
-        """Newest pose, also while not recording; None before the first."""
-        return self._builder.newest
 
     @property
     def real_time_factor(self) -> float | None:
         """Simulated seconds in the last second; None where the robot is not simulated, or in real time."""
         factors = (real_time_factor(values_of(status)) for status in self.reported.values())
         return next((factor for factor in factors if factor is not None), None)
-
-    @property
-    def time_zero(self) -> float | None:
-        """Time of the first command to move, by the newest pose then [s]; None before it."""
-        return self._builder.time_zero
-
-    @property
-    def n_impacts(self) -> int:
-        """Number of the true impacts of a simulated robot, else of the detected ones."""
-        return self._builder.n_impacts
 
     @property
     def age(self) -> float:
@@ -134,31 +107,21 @@ class Recorder:
         return {name: age for name, age in ages.items() if age > longest}
 
     def begin(self, simulated: bool) -> None:
-        """Begins the run, or goes on with it."""
-        self._builder.drop()
+        """Begins the run, or goes on with it; the log so far is dropped, as lap after lap must not fill the memory."""
         self._mark(BEGIN, {"simulated": str(simulated).lower()})
-        self._builder.begin(simulated)
-
-    @property
-    def recording(self) -> bool:
-        """True where it has begun and is not finished."""
-        return self._builder.is_open
+        kept = self._log
+        self._log = RunLog(pace=kept.pace, drive=kept.drive, drive_in_words=kept.drive_in_words)
+        super().begin(simulated)
 
     def finish(self) -> None:
         """Ends the run with the pose that arrived at the goal, or else with the newest one.
 
         Messages of the time up to that pose that are still under way are logged too.
         """
-        if not self.recording:
-            return
-        end = self._builder.last
-        self._mark(END, {key: repr(value) for key, value in end._asdict().items()})
-        self._builder.end(end)
-
-    @property
-    def is_complete(self) -> bool:
-        """True where the truth of a simulated robot has come up to the last pose recorded."""
-        return self._builder.is_complete
+        if self.recording:
+            end = self.last
+            self._mark(END, {key: repr(value) for key, value in end._asdict().items()})
+            self.end(end)
 
     def ask(self, target: np.ndarray) -> None:
         """Discards reports of earlier goals; to be called before the goal `target` (2,) [m] is given."""
@@ -166,44 +129,44 @@ class Recorder:
         self._asked = self._times.now()
         goal = SentGoal(self._asked, *target.tolist())
         self._mark(GOAL, {key: repr(value) for key, value in goal._asdict().items()})
-        self._builder.ask(goal)
+        self.asked(goal)
 
-    def _listen(self, topics: Listening) -> None:
-        topics.listen("/diagnostics", self._take_diagnostics)
-        topics.listen("goal_status", self._take_goal_status)
-        topics.listen("robot/state", self._take_robot_state)
-        topics.listen("controller/state", self._take_controller_state)
-        topics.listen("scan", self._take_scan)
-        topics.listen("maneuver", self._take_maneuver)
-        topics.listen("cmd_vel", self._take_command)
+    def _listen(self, topics: GraphTopics) -> None:
+        topics.listen("/diagnostics", self._hear_diagnostics)
+        topics.listen("goal_status", self._hear_goal_status)
+        topics.listen("robot/state", self._hear_robot_state)
+        topics.listen("controller/state", self._hear_controller_state)
+        topics.listen("scan", self._hear_scan)
+        topics.listen("maneuver", self._hear_maneuver)
+        topics.listen("cmd_vel", self._hear_command)
         # after the log has taken it
-        topics.listen("mocap/odom", self._take_pose, raw=True)
+        topics.listen("mocap/odom", self._hear_pose, raw=True)
 
-    def _take_diagnostics(self, message: DiagnosticArray, sent: float) -> None:
+    def _hear_diagnostics(self, message: DiagnosticArray, sent: float) -> None:
         for status in message.status:
             if is_in(self._namespace, status.name):
                 self.reported[status.name], self.reported_at[status.name] = status, sent
 
-    def _take_robot_state(self, message: DiagnosticStatus, _: float) -> None:
+    def _hear_robot_state(self, message: DiagnosticStatus, _: float) -> None:
         values = self.robot = values_of(message)
         state = values.get("state", "")
         why = message.message or f"emergency stop of {message.name}"
         self.emergency_stop = why if state == STOPPED else ""
         self.held = values.get("reason", message.message) if state == HELD else ""
 
-    def _take_controller_state(self, message: DiagnosticStatus, _: float) -> None:
+    def _hear_controller_state(self, message: DiagnosticStatus, _: float) -> None:
         stands = values_of(message).get("maneuver") in STANDING
         self.standing = message.message if stands else ""
 
-    def _take_goal_status(self, message: GoalStatus, sent: float) -> None:
+    def _hear_goal_status(self, message: GoalStatus, sent: float) -> None:
         if sent >= self._asked:
             self.goal = GoalReport(message.status, sent)
 
-    def _take_pose(self, _: bytes, sent: float) -> None:
+    def _hear_pose(self, _: bytes, sent: float) -> None:
         if self.newest is not None and self.newest.sent == sent:
             self.lateness = max(0.0, self._times.now() - sent)
 
-    def _take_scan(self, message: LaserScan, _: float) -> None:
+    def _hear_scan(self, message: LaserScan, _: float) -> None:
         if self.scan_came:
             return
         try:
@@ -212,10 +175,10 @@ class Recorder:
         except ScanError as error:
             self.scan_refused = str(error)
 
-    def _take_maneuver(self, message: String, _: float) -> None:
+    def _hear_maneuver(self, message: String, _: float) -> None:
         self.maneuver = message.data
 
-    def _take_command(self, message: Twist | TwistStamped, sent: float) -> None:
+    def _hear_command(self, message: Twist | TwistStamped, sent: float) -> None:
         with suppress(MessageError):
             (vx, vy), wz = velocity_from_twist(twist_of(message))
             self.stands_since = math.inf if vx or vy or wz else sent

@@ -1,23 +1,34 @@
-"""The result files of a run: trajectory, impacts and summary."""
+"""The result files of a run: trajectory, impacts, summary and picture."""
 
 import csv
 import json
 import math
+import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from collplan_core.evaluation.run_end import REACHED, Timing, machine_verdict, measured_path_length, path_length
+from collplan_core.evaluation.run_end import (
+    OUTCOMES,
+    REACHED,
+    Timing,
+    machine_verdict,
+    measured_path_length,
+    path_length,
+)
 from collplan_core.parameters import Settings, all_specs
-from collplan_core.worlds import World
+from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.status_values import DRIVE
-from collplan_ros.run.impacts import JudgedImpacts, impacts_of, write_impacts
+from collplan_ros.run.impacts import JudgedImpacts, counted_impacts, write_impacts
+from collplan_ros.run.reader import messages
+from collplan_ros.run.recorded_run import SUMMARY, RecordedRun, read_run
 from collplan_ros.run.run_log import PoseRow, RunLog
-from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.whole_file import FolderLock, RecordError, RunError, has_end, replacing
+from collplan_ros.run.writer import RECORDING
 
 
 def timing_of(log: RunLog) -> Timing:
@@ -143,12 +154,7 @@ def _mean(log: RunLog, key: str) -> float | None:
     return float(np.mean(values)) if values else None
 
 
-def counted_impacts(number: int) -> str:
-    """Number of impacts in words: "1 impact", "2 impacts"."""
-    return f"{number} impact{'' if number == 1 else 's'}"
-
-
-TRAJECTORY, IMPACTS, SUMMARY, PICTURE = "trajectory.csv", "impacts.csv", "summary.json", "trajectory.png"
+TRAJECTORY, IMPACTS, PICTURE = "trajectory.csv", "impacts.csv", "trajectory.png"
 
 
 def _rebounds(impacts: JudgedImpacts, settings: Settings) -> str:
@@ -163,45 +169,18 @@ def _learnt_lines(drive: Mapping[str, float]) -> list[str]:
     return [f"robot.{name}: {drive[name]:.4g}" for name in DRIVE if f"{name}.learnt" in drive]
 
 
-@dataclass(frozen=True, eq=False)
-class Results:
-    """Results computed from a run.
+def write_result_files(run: RecordedRun, goal: np.ndarray, outcome: str, said: Mapping[str, Any]) -> dict[str, Any]:
+    """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first; returns the summary.
 
-    Attributes:
-        impacts: impacts of the run.
-        summary: content of summary.json.
-    """
-
-    impacts: JudgedImpacts
-    summary: dict[str, Any]
-
-
-def write_result_files(
-    folder: Path,
-    log: RunLog,
-    world: World,
-    goal: np.ndarray,
-    settings: Settings,
-    outcome: str,
-    said: Mapping[str, Any],
-) -> Results:
-    """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
-
-    Args:
-        folder: folder for the files.
-        log: log of the run.
-        world: world of the run.
-        goal: (2,) [m].
-        settings: its parameters.
-        outcome: its outcome.
-        said: further values of the summary.
+    The goal is (2,) [m]; `said` are further values of the summary.
 
     Raises:
         RecordError: a file cannot be written.
     """
+    folder, log, settings = run.folder, run.log, run.settings
     with replacing(folder / TRAJECTORY) as path:
         write_trajectory(path, log)
-    impacts = impacts_of(log, settings.mocap.velocity_window)
+    impacts = run.impacts
     with replacing(folder / IMPACTS) as path:
         write_impacts(path, impacts, log.begin)
     timing, words = timing_of(log), log.drive_in_words + _rebounds(impacts, settings)
@@ -219,4 +198,92 @@ def write_result_files(
     }
     with replacing(folder / SUMMARY) as path:
         path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
-    return Results(impacts, summary)
+    return summary
+
+
+# ---- the picture
+
+
+AROUND = 0.8
+"""Shown of a world without an end beside the robot's way [m]."""
+MOVERS = "ground_truth/movers"
+SHOWN = 0.5
+"""Time between two places of a mover that are drawn [s]."""
+
+
+def draw_trajectory(path: Path, run: RecordedRun, goal: np.ndarray) -> None:
+    """Writes a picture of world, way coloured by speed, impacts and goal (2,) [m], from a run with its result files."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle, Polygon
+
+    way, hits = (
+        np.atleast_1d(np.genfromtxt(run.folder / name, delimiter=",", names=True)) for name in (TRAJECTORY, IMPACTS)
+    )
+    figure = Figure(figsize=(7.0, 7.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    # a world's name may hold what matplotlib takes for formulas
+    figure.suptitle("\n".join(textwrap.wrap(f"{run.title}: {run.end.words}", 80)), fontsize=10, parse_math=False)
+    axes = figure.add_subplot(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    world = run.world
+    for corners in world.polygons:
+        axes.add_patch(Polygon(corners, facecolor="#c9d1db", edgecolor="#46566b"))
+    for x, y, radius in world.circles:
+        axes.add_patch(Circle((x, y), radius, facecolor="#c9d1db", edgecolor="#46566b"))
+    speeds = axes.scatter(way["x"], way["y"], c=np.hypot(way["vx"], way["vy"]), s=5, cmap="plasma", vmin=0.0)
+    figure.colorbar(speeds, label="speed [m/s]", shrink=0.85)
+    for number, rows in enumerate(mover_places(run.recording, run.settings.frames.map)):
+        for x, y, radius in rows:
+            axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor="#7a4fa3", linewidth=0.6))
+        label = f"movers, every {SHOWN:g} s" if number == 0 else None
+        axes.plot(*rows[:, :2].T, color="#7a4fa3", linewidth=0.8, label=label)
+    axes.plot(hits["x"], hits["y"], "D", color="#d55e00", markeredgecolor="white", linestyle="none", label="impacts")
+    axes.plot(*goal, "*", color="#00855f", markersize=11, linestyle="none", label="goal")
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+    places = np.vstack([np.column_stack([way["x"], way["y"]]), goal])
+    ends = np.vstack([places.min(axis=0) - AROUND, places.max(axis=0) + AROUND])
+    x0, y0, x1, y1 = world.bounds if np.isfinite(world.bounds).all() and world.walled else ends.ravel()
+    axes.set(xlim=(x0, x1), ylim=(y0, y1))
+    figure.savefig(path, dpi=150)
+
+
+def mover_places(recording: Path, frame: str) -> list[np.ndarray]:
+    """(m, 3) x, y, radius [m] of each true mover of a simulated run, every SHOWN; empty without recording or movers."""
+    places: list[np.ndarray] = []
+    due = -np.inf
+    for _, _, message in messages(recording, [MOVERS]) if recording.exists() else ():
+        stamp, rows = movers_from_markers(message, frame)
+        if stamp >= due:
+            due = stamp + SHOWN
+            places.append(rows[:, [0, 1, 4]])
+    return list(np.swapaxes(np.array(places), 0, 1)) if places else []
+
+
+# ---- a run whose bringup was killed
+
+
+KILLED, WHY_KILLED = "killed", "bringup ended before the run did"
+"""Outcome of a run whose bringup did not live to see another, and its reason."""
+UNTOLD, WHY_UNTOLD = "ended", f"{RECORDING} does not hold why"
+"""Outcome of a run that ended without a report of its goal's end, and its reason."""
+
+
+def complete(folder: Path) -> str:
+    """Makes the results that a killed bringup has not left in a run folder; returns a sentence about that, or ""."""
+    if has_end(folder / SUMMARY) or not (folder / RECORDING).exists():
+        return ""
+    try:
+        with closing(FolderLock(folder)):
+            run = read_run(folder)
+            if not np.isfinite(run.log.goal).all():
+                return ""
+            ends = [OUTCOMES[each.status] for each in run.log.statuses if each.status in OUTCOMES]
+            outcome, why = (UNTOLD, WHY_UNTOLD) if run.has_ended or run.lacks else (KILLED, WHY_KILLED)
+            if ends and outcome == UNTOLD:
+                outcome, why = ends[-1], ""
+            write_result_files(run, run.log.goal, outcome, {"reason": why})
+    except BlockingIOError:
+        return f"{folder}: is being written, and is left unchanged"
+    except (OSError, RecordError, RunError) as error:
+        return f"{folder / SUMMARY} is not made: {error}"
+    return f"{folder / SUMMARY} and the other results are made from {RECORDING}"

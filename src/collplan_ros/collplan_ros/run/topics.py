@@ -62,17 +62,11 @@ LATCHED: dict[str, type] = {
 
 @dataclass(frozen=True)
 class RecordedTopic:
-    """A topic that is recorded.
+    """A topic that is recorded."""
 
-    Attributes:
-        name: name used by its nodes: within the robot's namespace, but for those that begin with a slash.
-        kind: class of its messages.
-        qos: profile that matches every publisher of it and leaves no message out.
-    """
-
-    name: str
+    name: str  # as its nodes use it: within the robot's namespace, but for those that begin with a slash
     kind: type
-    qos: QoSProfile
+    qos: QoSProfile  # matches every publisher of it and leaves no message out
 
 
 def recorded_topics(settings: Settings, real_scans: bool = False) -> dict[str, RecordedTopic]:

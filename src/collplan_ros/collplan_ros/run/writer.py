@@ -78,13 +78,9 @@ class RecordingFile:
         self._writer.add_metadata(name, dict(values))
 
     def channel(self, topic: str, kind: str, definition: str | None, about: Mapping[str, str]) -> int:
-        """Adds a topic; returns the channel that its messages are written by.
+        """Adds a topic by its full name; returns the channel that its messages are written by.
 
-        Args:
-            topic: its full name.
-            kind: the type of its messages, such as nav_msgs/msg/Odometry.
-            definition: the definition of that type, as text; None where it is not known.
-            about: more about the topic.
+        `kind` is their type, such as nav_msgs/msg/Odometry, `definition` that of it as text, None where unknown.
         """
         if kind not in self._schemas:
             encoding = SchemaEncoding.SelfDescribing if definition is None else SchemaEncoding.ROS2
@@ -92,14 +88,9 @@ class RecordingFile:
         return self._writer.register_channel(topic, MessageEncoding.CDR, self._schemas[kind], dict(about))
 
     def write(self, channel: int, data: bytes, came: int, sent: int, number: int) -> None:
-        """Takes a message; it is on disk after the next flush.
+        """Takes a message, CDR with its header, that was sent and came then [ns, wall clock]; the next flush writes it.
 
-        Args:
-            channel: channel of its topic.
-            data: the message as it was sent, CDR with its header.
-            came: time of receipt here [ns, wall clock].
-            sent: send time [ns, wall clock].
-            number: its number among its publisher's messages; 0 where that is unknown.
+        `number` is its number among its publisher's messages, 0 where that is unknown.
         """
         if not self._failed:
             self._writer.add_message(channel, came, data, sent, number & 0xFFFFFFFF)

@@ -38,12 +38,7 @@ def page_files(token: str) -> dict[str, tuple[str, bytes]]:
 
 
 def answer(request: Request, page: Mapping[str, tuple[str, bytes]]) -> Response | None:
-    """The answer to a request; None lets a websocket in.
-
-    Args:
-        request: the request.
-        page: type and content of each file of the page, by path.
-    """
+    """The answer to a request, from type and content of each file of the page; None lets a websocket in."""
     host, origins = _only(request.headers, "Host"), request.headers.get_all("Origin")
     if _name_of(host) not in OWN_NAMES:
         return refusal(HTTPStatus.MISDIRECTED_REQUEST, "this server answers to 127.0.0.1 and localhost alone")
@@ -69,14 +64,7 @@ def refusal(status: HTTPStatus, words: str) -> Response:
 
 
 def _response(status: HTTPStatus, kind: str, body: bytes, host: str) -> Response:
-    """Returns an answer with headers that separate this page from other sites.
-
-    Args:
-        status: status of the answer.
-        kind: type of the body.
-        body: content.
-        host: the requested Host, which was accepted; the websocket has the same one.
-    """
+    """An answer with headers that separate this page from other sites; the websocket has the same `host`."""
     sources = {
         "default-src": "'none'",
         "script-src": "'self'",
@@ -104,7 +92,7 @@ def _response(status: HTTPStatus, kind: str, body: bytes, host: str) -> Response
 
 
 def _only(headers: Headers, name: str) -> str:
-    """Returns the value of a header; empty where there is none, and an invalid name where there are several."""
+    """The value of a header; empty where there is none, and an invalid name where there are several."""
     return ", ".join(headers.get_all(name))
 
 

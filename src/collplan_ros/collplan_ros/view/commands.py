@@ -5,14 +5,8 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-GOAL, CANCEL, RESUME, STOP, CLEAR_STOP, CHOOSE = ACTIONS = (
-    "goal",
-    "cancel",
-    "resume",
-    "estop",
-    "clear_estop",
-    "strategy",
-)
+ACTIONS = ("goal", "cancel", "resume", "estop", "clear_estop", "strategy")
+GOAL, CANCEL, RESUME, STOP, CLEAR_STOP, CHOOSE = ACTIONS
 LONGEST_TEXT = 200
 """Longest text in a command."""
 LARGEST = 1e15
@@ -29,19 +23,12 @@ class CommandError(ValueError):
 
 @dataclass(frozen=True)
 class PageCommand:
-    """Command from a page.
+    """Command from a page."""
 
-    Attributes:
-        number: the page's own number of it, for the answer.
-        action: one of ACTIONS.
-        at: goal position, of GOAL [m].
-        strategy: strategy to plan by, of CHOOSE.
-    """
-
-    number: int
-    action: str
-    at: tuple[float, float] = (0.0, 0.0)
-    strategy: str = ""
+    number: int  # the page's own of it, for the answer
+    action: str  # one of ACTIONS
+    at: tuple[float, float] = (0.0, 0.0)  # goal position, of GOAL [m]
+    strategy: str = ""  # to plan by, of CHOOSE
 
 
 def command_from_text(text: str | bytes, token: str) -> PageCommand:

@@ -8,33 +8,32 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.evaluation.run_end import Timing, machine_verdict, pace_words
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
-from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED, impact_from_cloud, plan_from_message
+from collplan_ros.messages.cloud_reading import (
+    FREE_SPACE,
+    FRONTIERS,
+    INFERRED,
+    LAYERS,
+    PREDICTED,
+    REMEMBERED,
+    compared_from_message,
+    impact_from_cloud,
+    plan_from_message,
+    seen_from_message,
+)
 from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import GOAL_STATUS, goal_from_message, scan_from_message
-from collplan_ros.messages.status_values import real_time_factor
+from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
-from collplan_ros.view.impacts import ShownImpacts
-from collplan_ros.view.message_parts import (
-    Parts,
-    compared_parts,
-    costs_parts,
-    doing_parts,
-    drive_parts,
-    hold_parts,
-    parts_without_goal,
-    report_of,
-    seen_parts,
-)
-from collplan_ros.view.recent_timing import RecentTiming
 
 KEPT = 1.5
 """Time for which poses are kept, to find the one at a scan's stamp [s]."""
@@ -50,10 +49,25 @@ MOST_NODES = 50
 """Nodes shown: so many belong to no robot."""
 LONGEST_PERIOD = 2.0
 """A longer time between two commands is a pause, not a period [s]."""
+RECENT = 10.0
+"""Age beyond which figures of the graph's timing are no longer shown [s]."""
+PARTS = {
+    FREE_SPACE: "free",
+    FRONTIERS: "frontiers",
+    PREDICTED: "predicted",
+    REMEMBERED: "remembered",
+    INFERRED: "inferred",
+}
+"""Parts by layer of planner/seen."""
+WARN = 1
+"""DiagnosticStatus.WARN: level at which the controller reports that the robot stands though a goal is active."""
 
 
 class Stamps:
-    """Shows the stamps of messages as they are."""
+    """Shows the stamps of messages as they are, and the time of now [s], by which a silent node is silent."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self.now = clock
 
     def of_pose(self, stamp: float, sent: float) -> float:
         """Time shown [s] of the next pose, from its stamp [s] and when it was sent [s]."""
@@ -65,46 +79,30 @@ class Stamps:
 
 
 class DrawnGraph:
-    """Takes the messages of one graph, and puts the parts that they make into the next frame.
+    """Takes the messages of one graph, and puts the parts that they make into the next frame."""
 
-    Attributes:
-        takers: what takes a message and its time of sending [s], by topic.
-        goal: the newest goal given, (2,) [m]; None before the first.
-        impacts: impacts so far.
-        robot: full name of the node that publishes robot/state; empty before it has.
-        reports: newest health report of each node of this namespace, by full name.
-        recent: timing of the graph in the last seconds.
-    """
-
-    def __init__(
-        self,
-        settings: Settings,
-        changes: Changes,
-        clock: Callable[[], float],
-        namespace: str,
-        stamps: Stamps | None = None,
-    ) -> None:
-        """Puts parts into `changes`; `clock` gives the time of now [s], by which a silent node is silent."""
-        self.goal: np.ndarray | None = None
-        self.impacts = ShownImpacts()
-        self.robot = ""
-        self.reports: dict[str, scene.NodeReport] = {}
-        self.recent = RecentTiming()
+    def __init__(self, settings: Settings, changes: Changes, namespace: str, stamps: Stamps) -> None:
+        """Puts parts into `changes`."""
+        self.goal: np.ndarray | None = None  # the newest given, (2,) [m]
+        self.impacts = scene.ShownImpacts()
+        self.robot = ""  # full name of the node that publishes robot/state
+        self.reports: dict[str, scene.NodeReport] = {}  # the newest of each node of this namespace, by full name
+        # what takes a message and its time of sending [s], by topic
         self.takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
             "scan": self._take_scan,
             "planner/trajectory": self._take_trajectory,
             "plan": self._take_path,
             "planner/seen": self._take_seen,
-            "planner/compared": lambda message, _: self._put(compared_parts(message, settings.frames.map)),
-            "planner/costs": lambda message, _: self._put(costs_parts(message)),
+            "planner/compared": self._take_compared,
+            "planner/costs": self._take_costs,
             "goal_pose": self._take_goal,
             "goal_status": self._take_status,
             "ground_truth/movers": lambda message, _: self._put_movers("movers", message),
             "movers": lambda message, _: self._put_movers("found", message),
             "impact/contact": self._take_impact,
-            "controller/state": lambda message, _: self._put(doing_parts(message)),
-            "controller/drive": lambda message, _: self._put(drive_parts(message)),
+            "controller/state": self._take_doing,
+            "controller/drive": self._take_drive,
             "robot/state": self._take_hold,
             "cmd_vel": self._take_command,
             "/diagnostics": self._take_health,
@@ -112,9 +110,12 @@ class DrawnGraph:
         self._frames = settings.frames
         self._scan = settings.scan
         self._changes = changes
-        self._clock = clock
         self._namespace = namespace
-        self._stamps = stamps or Stamps()
+        self._stamps = stamps
+        self._full_speed, self._command_age = settings.simulator.speed_factor, settings.limits.command_age
+        # simulated seconds in a second, and times between two commands [s], each with when it was told
+        self._factors: deque[tuple[float, float]] = deque()
+        self._gaps: deque[tuple[float, float]] = deque()
         self._states: deque[State] = deque()
         self._fresh: list[State] = []
         self._robot: scene.Part = None
@@ -124,19 +125,19 @@ class DrawnGraph:
         self._periods: list[float] = []
         self._time = 0.0
         self._posed: float | None = None
-        self._came = clock()
+        self._came = stamps.now()
         self._status = NO_GOAL
         self._told_nodes = -math.inf
 
     @property
     def heard(self) -> list[str]:
         """Full names of the nodes that are not silent."""
-        now = self._clock()
+        now = self._stamps.now()
         return [name for name, report in self.reports.items() if now - report.came <= scene.SILENT_AFTER]
 
     def put_frame(self) -> float:
         """Puts what was gathered for a frame into the changes; returns the time of the frame [s]."""
-        now = self._clock()
+        now = self._stamps.now()
         self._put_robot(now)
         if self._periods:
             self._changes.put("periods", [round(1e3 * period, 1) for period in self._periods])
@@ -146,6 +147,18 @@ class DrawnGraph:
             self._changes.put("nodes", scene.nodes(self.reports.values(), now))
         return scene.time_of(self._time)
 
+    def put_machine(self) -> None:
+        """Puts the speed of simulated time in the last seconds, and whether the machine is fast enough for a robot."""
+        oldest = self._stamps.now() - RECENT
+        for rows in (self._factors, self._gaps):
+            while rows and rows[0][0] < oldest:
+                rows.popleft()
+        factors = [factor for _, factor in self._factors]
+        longest = max((gap for _, gap in self._gaps), default=0.0)
+        timing = Timing(sum(factors) / len(factors) if factors else None, longest)
+        verdict = machine_verdict(timing, self._full_speed, self._command_age)
+        self._changes.put("machine", {"pace": pace_words(factors[-1] if factors else None), "verdict": verdict})
+
     def put_goal(self) -> None:
         """Puts the goal and its status."""
         self._changes.put("goal", scene.goal(self.goal, self._status))
@@ -154,10 +167,6 @@ class DrawnGraph:
         """Puts the impacts so far."""
         self._changes.put("impacts", self.impacts.part)
         self._changes.put("counts", self.impacts.counts)
-
-    def _put(self, parts: Parts) -> None:
-        for name, value in parts:
-            self._changes.put(name, value)
 
     # ---- poses
 
@@ -176,7 +185,7 @@ class DrawnGraph:
         """Drops parts of an earlier time, as after a restart of the robot."""
         self._states.clear()
         self._fresh.clear()
-        self.impacts = ShownImpacts()
+        self.impacts = scene.ShownImpacts()
         self.put_impacts()
 
     def _put_robot(self, now: float) -> None:
@@ -222,8 +231,19 @@ class DrawnGraph:
 
     def _take_seen(self, message: Any, _: float) -> None:
         shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
-        self._put(seen_parts(message, self._frames.map, shown))
+        for layer, points in seen_from_message(message, self._frames.map).items():
+            if layer in shown:
+                self._changes.put(PARTS[layer], scene.milli(points))
         self._seen += 1
+
+    def _take_compared(self, message: Any, _: float) -> None:
+        found = compared_from_message(message, self._frames.map)
+        self._changes.put("candidates", scene.candidates(found.rows, found.terms))
+        self._changes.put("rollouts", scene.rollouts(found.paths, found.costs))
+
+    def _take_costs(self, message: Any, _: float) -> None:
+        for status in message.status:
+            self._changes.put("costs", scene.costs(values_of(status)))
 
     def _put_movers(self, part: str, message: Any) -> None:
         stamp, rows = movers_from_markers(message, self._frames.map)
@@ -239,7 +259,10 @@ class DrawnGraph:
         self._status = GOAL_STATUS.get(int(message.status), NO_GOAL)
         self.put_goal()
         if self._status not in ACTIVE:
-            self._put(parts_without_goal())
+            self._changes.put("plan", None)
+            for name in ("free", "frontiers", "predicted", "rollouts"):
+                self._changes.put(name, [])
+            self._changes.put("candidates", scene.candidates(np.zeros((0, 4)), {}))
 
     # ---- events and reports
 
@@ -249,21 +272,36 @@ class DrawnGraph:
 
     def _take_hold(self, message: Any, _: float) -> None:
         self.robot = str(message.name)
-        self._put(hold_parts(message))
+        self._changes.put("hold", {"state": values_of(message).get("state", ""), "message": str(message.message)})
+
+    def _take_doing(self, message: Any, _: float) -> None:
+        values = values_of(message)
+        told = {name: values.get(name, "") for name in ("maneuver", "reason")}
+        self._changes.put("doing", told | {"warn": _level(message) >= WARN})
+
+    def _take_drive(self, message: Any, _: float) -> None:
+        self._changes.put("drive", {"message": str(message.message), "warn": _level(message) >= WARN})
 
     def _take_command(self, _: Any, sent: float) -> None:
         if 0.0 < sent - self._commanded < LONGEST_PERIOD:
             self._periods.append(sent - self._commanded)
-            self.recent.commanded(sent - self._commanded, self._clock())
+            self._gaps.append((self._stamps.now(), sent - self._commanded))
         self._commanded = sent
 
     def _take_health(self, message: Any, _: float) -> None:
         for status in message.status:
-            report = report_of(status, self._clock())
+            told = str(status.name), _level(status), str(status.message), values_of(status)
+            report = scene.NodeReport(*told, self._stamps.now())
             if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
                 self.reports[report.name] = report
                 if (factor := real_time_factor(report.values)) is not None:
-                    self.recent.reported(factor, report.came)
+                    self._factors.append((report.came, factor))
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES
+
+
+def _level(status: Any) -> int:
+    """Returns the level of a status: a `byte` is bytes in rclpy, and a number in other readers."""
+    level = status.level
+    return level[0] if isinstance(level, bytes) else int(level)

@@ -47,14 +47,17 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
 """
 
 import math
+from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from collplan_core.evaluation.impact_matching import KEPT, KINDS, Prediction, judge_impacts
 from collplan_core.impact import Impact
-from collplan_core.plan import Contacts
+from collplan_core.parameters import Settings
+from collplan_core.plan import Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import World
@@ -71,7 +74,10 @@ LARGEST = 1e6
 NO_TERMS = ("planning_time_ms", "candidates", "foreseen_contacts", "hardest_contact")
 OLD_FIGURES = ("rebound_stamp", "rebound_foreseen", "rebound_measured", "rebound_direction")
 """Beginnings of names on planner/costs that are no cost terms; the second ones are of recordings of version 1.0.0."""
-"""Values of planner/costs beside the cost terms."""
+
+
+MOST = 200
+"""Impacts that are shown."""
 
 
 class SceneError(ValueError):
@@ -116,6 +122,18 @@ def scan(seen: Scan, at: State) -> Part:
 # ---- the place
 
 
+def about(kind: str, namespace: str, place: str, settings: Settings) -> dict[str, Part]:
+    """The part `about` of a robot of this kind with these parameters, in the world of this name."""
+    scales = {
+        "radius": settings.robot.radius,
+        "max_speed": settings.robot.max_speed,
+        "tolerance": settings.planner.goal_tolerance,
+        "spacing": settings.remembered.spacing,
+    }
+    lengths = dict(zip(scales, milli([*scales.values()]), strict=True))
+    return {"robot": kind, "namespace": namespace, "world": place, **lengths}
+
+
 def world(place: World) -> Part:
     """The part `world`."""
     return {
@@ -142,13 +160,7 @@ def rollouts(paths: Sequence[np.ndarray], costs: Sequence[float]) -> Part:
 
 
 def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Contacts) -> Part:
-    """The part `plan`.
-
-    Args:
-        stamp: start of the plan [s].
-        times: (n,) [s], positions: (n, 2) [m].
-        contacts: contacts that it foresees.
-    """
+    """The part `plan` of times (n,) [s], positions (n, 2) [m] and contacts foreseen; it begins at `stamp` [s]."""
     rows = np.column_stack([contacts.points, contacts.velocities_after, contacts.times - stamp])
     return {"stamp": time_of(stamp), "times": milli(times - stamp), "path": milli(positions), "contacts": milli(rows)}
 
@@ -187,6 +199,31 @@ def impact(happened: Impact, kind: str) -> Part:
         "kind": kind,
         "speed": milli([max(0.0, happened.speed_into)])[0],
     }
+
+
+class ShownImpacts:
+    """The impacts so far, as sent to the page."""
+
+    def __init__(self) -> None:
+        self.part: list[Part] = []  # the part `impacts` of a frame, the newest MOST of them
+        self.counts = dict.fromkeys(KINDS, 0)  # the part `counts`, of all of them
+        self._predictions: deque[Prediction] = deque()
+
+    def planned(self, plan: Plan) -> None:
+        """Takes a plan."""
+        self._predictions.append(Prediction(plan.stamp, plan.contacts))
+        while self._predictions[0].made < plan.stamp - KEPT:
+            self._predictions.popleft()
+
+    def happened(self, newest: Impact) -> None:
+        """Takes an impact."""
+        self.add(impact(newest, judge_impacts([newest], self._predictions).kind(0)))
+
+    def add(self, shown: Part) -> None:
+        """Takes an impact as the page shows it."""
+        # made anew: what was sent before stays as it was
+        self.counts = {**self.counts, shown["kind"]: self.counts[shown["kind"]] + 1}
+        self.part = [*self.part, shown][-MOST:]
 
 
 # ---- nodes

@@ -61,31 +61,22 @@ def listening_socket(port: int) -> socket.socket:
 
 
 class PageServer:
-    """Serves the page from its construction until `close`.
-
-    Attributes:
-        port: the port it listens on.
-        token: token that each command must hold, another one at each start.
-        n_clients: number of open pages.
-        n_refused: number of refused requests and commands.
-    """
+    """Serves the page from its construction until `close`."""
 
     def __init__(
         self, port: int, most_clients: int, take: Callable[[PageCommand, Reply], None], log: Callable[[str], None]
     ) -> None:
-        """Listens, and starts the thread.
+        """Listens on a port, 0 for any that is free, and starts the thread.
 
-        Args:
-            port: port; 0 for any that is free.
-            most_clients: largest number of open pages.
-            take: executes a page's command; called in the server's thread, and must not wait.
-            log: logs refusals.
+        `take` executes a page's command; it is called in the server's thread, and must not wait. `log` logs refusals.
 
         Raises:
             PortTaken: it cannot listen there.
         """
         self.token = secrets.token_urlsafe(32)
+        """Each command must hold it; another one at each start."""
         self.n_clients = self.n_refused = 0
+        """Numbers of open pages, and of refused requests and commands."""
         self._most_clients = most_clients
         self._take = take
         self._log = log

@@ -14,10 +14,7 @@ Values = Mapping[str, object]
 def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]) -> str:
     """Returns the kind of the reporting robot, by the parameters of its node; UNKNOWN as long as there is doubt.
 
-    Args:
-        source: full name of the robot's node.
-        known: parameters that nodes have told, by full name.
-        nodes: full names of all nodes that report.
+    `source` is that node, `known` the parameters that nodes have told, `nodes` all that report, by full names.
     """
     own = known.get(source)
     there = [known[name] for name in {*nodes, source} if name in known]

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collplan_core.command_line import parser_of
-from collplan_ros.run.completion import complete
-from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_page import write_page
-from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.recorded_run import RecordedRun, read_run
+from collplan_ros.run.result_files import complete
 from collplan_ros.run.whole_file import RecordError, RunError
 
 REFUSED = 2
@@ -39,7 +38,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except (RecordError, RunError) as error:
         print(f"beside: {error}", file=sys.stderr)
         return REFUSED
-    print("\n".join([*made, f"written to {options.out}", *(each.run.note for each in runs if each.run.note)]))
+    print("\n".join([*made, f"written to {options.out}", *(run.note for run in runs if run.note)]))
     return 0
 
 
@@ -51,11 +50,11 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _runs(folders: Sequence[Path]) -> list[PlayedRun]:
+def _runs(folders: Sequence[Path]) -> list[RecordedRun]:
     if len(folders) < 2:
         raise RunError(f"got {len(folders)} run, expected at least two to show beside each other")
-    runs = [played(read_run(folder)) for folder in folders]
-    worlds = dict.fromkeys(run.run.settings.simulator.world for run in runs)
+    runs = [read_run(folder) for folder in folders]
+    worlds = dict.fromkeys(run.settings.simulator.world for run in runs)
     if len(worlds) > 1:
         raise RunError(f"got runs in the worlds {', '.join(worlds)}, expected one world")
     return runs

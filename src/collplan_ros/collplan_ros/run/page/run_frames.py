@@ -13,9 +13,8 @@ import numpy as np
 from collplan_core.clock_steps import RunTimes
 from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
-from collplan_ros.run.page.played_run import PlayedRun
-from collplan_ros.run.reader import content, raw_messages
-from collplan_ros.run.recorded_run import NANO
+from collplan_ros.run.reader import raw_messages
+from collplan_ros.run.recorded_run import NANO, RecordedRun
 from collplan_ros.view import scene
 from collplan_ros.view.drawn_graph import DrawnGraph, Stamps
 from collplan_ros.view.frames import Changes
@@ -44,6 +43,15 @@ PLAN_LATER = 4
 """Ratio of plans to other heavy parts kept, where not all are."""
 
 
+SHOWN_WHOLE = 60.0
+"""A shorter run is shown with all its scans, maps and sets of candidates, as far as its page has room [s]."""
+
+
+def decimation(run: RecordedRun) -> int:
+    """Decimation factor of scans, maps and sets of candidates: all those of a long run fill the memory."""
+    return 1 + int(run.log.duration // SHOWN_WHOLE)
+
+
 class RunStamps(Stamps):
     """Shows times of the run, which begin at zero and go on over steps of the clock."""
 
@@ -51,11 +59,8 @@ class RunStamps(Stamps):
         """`pace` as in `RunTimes`; `zero` is the time [s] that is shown as 0."""
         self._times = RunTimes(pace)
         self._zero = zero
-        self._newest = 0.0
-
-    def now(self) -> float:
-        """Time shown [s] of the newest pose."""
-        return self._newest
+        self._newest = 0.0  # time shown of the newest pose [s]
+        super().__init__(lambda: self._newest)
 
     def of_pose(self, stamp: float, sent: float) -> float:
         """Time shown [s] of the next pose."""
@@ -75,21 +80,21 @@ class Event(NamedTuple):
     take: Callable[[], None]
 
 
-def frames_of(played: PlayedRun) -> list[Frame]:
+def frames_of(run: RecordedRun) -> list[Frame]:
     """The frames of a run; every pose is in one of them, as `robot` or in `trail`.
 
     Raises:
         RunError: the recording cannot be read.
         SceneError: a number in it cannot be drawn.
     """
-    run, changes, stamps = played.run, Changes(), RunStamps(played.run.log.pace, played.zero)
-    graph = DrawnGraph(run.settings, changes, stamps.now, run.namespace, stamps)
-    for part, value in _beginning(played).items():
+    changes, stamps = Changes(), RunStamps(run.log.pace, run.log.begin)
+    graph = DrawnGraph(run.settings, changes, run.namespace, stamps)
+    for part, value in _beginning(run).items():
         changes.put(part, value)
     graph.goal = run.log.goal if np.isfinite(run.log.goal).all() else None
     graph.put_goal()
     frames, due = list[Frame](), -np.inf
-    events = [*_goals(played, graph), *_impacts(played, graph), *_messages(played, graph)]
+    events = [*_goals(run, graph), *_impacts(run, graph), *_messages(run, graph)]
     for event in sorted(events, key=lambda each: each.sent):
         try:
             event.take()
@@ -107,70 +112,61 @@ def _frame(graph: DrawnGraph, changes: Changes) -> Frame:
     return {part: json.loads(text) for part, text in changes.take(graph.put_frame()).items()}
 
 
-def _beginning(played: PlayedRun) -> Frame:
+def _beginning(run: RecordedRun) -> Frame:
     """Parts that hold from the first frame on."""
-    run = played.run
-    robot, planner = run.settings.robot, run.settings.planner
+    kind = scene.SIMULATED if run.log.simulated else scene.REAL
     return {
-        "about": {
-            "robot": scene.SIMULATED if run.log.simulated else scene.REAL,
-            "namespace": "/",
-            "world": run.world.name,
-            "radius": scene.milli([robot.radius])[0],
-            "max_speed": scene.milli([robot.max_speed])[0],
-            "tolerance": scene.milli([planner.goal_tolerance])[0],
-            "spacing": scene.milli([run.settings.remembered.spacing])[0],
-        },
+        "about": scene.about(kind, "/", run.world.name, run.settings),
         "world": scene.world(run.world),
-        "machine": played.machine,
+        "machine": {"pace": run.end.pace, "verdict": run.end.machine},
         "impacts": [],
     }
 
 
-def _goals(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
+def _goals(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:
     def give(x: float, y: float) -> None:
         graph.goal = np.array([x, y])
         graph.put_goal()
 
-    for goal in played.run.log.goals:
+    for goal in run.log.goals:
         yield Event(goal.sent, False, partial(give, goal.x, goal.y))
 
 
-def _impacts(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
+def _impacts(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:
     """Each impact, before the first pose after it."""
 
     def happen(k: int) -> None:
-        graph.impacts.add(_impact(played, k))
+        graph.impacts.add(_impact(run, k))
         graph.put_impacts()
 
-    poses = played.run.log.poses
-    for k, impact in enumerate(played.impacts.all):
+    poses = run.log.poses
+    for k, impact in enumerate(run.impacts.all):
         following = poses[bisect_left(poses, impact.time, key=lambda pose: pose.stamp) :][:1]
         if following or impact.time <= poses[-1].stamp + LATEST:
             yield Event(following[0].sent if following else poses[-1].sent, False, partial(happen, k))
 
 
-def _impact(played: PlayedRun, k: int) -> scene.Part:
-    impact = played.impacts.all[k]
-    return scene.impact(replace(impact, time=impact.time - played.zero), played.impacts.verdicts.kind(k))
+def _impact(run: RecordedRun, k: int) -> scene.Part:
+    impact = run.impacts.all[k]
+    return scene.impact(replace(impact, time=impact.time - run.log.begin), run.impacts.verdicts.kind(k))
 
 
-def _messages(played: PlayedRun, graph: DrawnGraph) -> Iterator[Event]:
+def _messages(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:
     """The messages that the page shows, up to LATEST after the last pose; of a long run not all scans and clouds."""
-    log, counts = played.run.log, Counter[str]()
+    log, counts = run.log, Counter[str]()
     first, last = log.poses[0], log.poses[-1]
     begun = log.goals[0].sent if log.goals else np.inf
-    for each in raw_messages(played.run.recording, [*graph.takers.keys() - NOT_TAKEN]):
-        sent = (each.sent - played.run.clock_ahead) / NANO
+    for each in raw_messages(run.recording, [*graph.takers.keys() - NOT_TAKEN]):
+        sent = (each.sent - run.clock_ahead) / NANO
         counts[each.topic] += 1
         if (
             (each.topic in (POSES, COMMANDS) and not first.sent <= sent <= last.sent)
             or (each.topic == STATUS and sent < begun)  # of an earlier goal
-            or (each.topic in DECIMATED and (counts[each.topic] - 1) % played.decimation)
+            or (each.topic in DECIMATED and (counts[each.topic] - 1) % decimation(run))
             or log.stamp_at(sent) > last.stamp + LATEST
         ):
             continue
-        if (message := content(each)) is not None:
+        if (message := each.content) is not None:
             yield Event(sent, each.topic == POSES, partial(graph.takers[each.topic], message, sent))
 
 

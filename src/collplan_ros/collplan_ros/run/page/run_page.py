@@ -1,15 +1,14 @@
 """Writes run.html of a run folder, and the page of several runs."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from collplan_core.parameters import Planning
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_ros.run.page.one_file import one_file, packed
-from collplan_ros.run.page.played_run import PlayedRun, played
-from collplan_ros.run.page.run_frames import Frame, frames_of, thinned
+from collplan_ros.run.page.run_frames import Frame, decimation, frames_of, thinned
 from collplan_ros.run.recorded_run import RecordedRun, read_run
 from collplan_ros.run.whole_file import RunError, replacing
 from collplan_ros.view import scene
@@ -30,55 +29,63 @@ def write_run_page(run: Path | RecordedRun) -> Path:
         RunError: the run cannot be read.
         RecordError: the file cannot be written.
     """
-    shown = played(read_run(run) if isinstance(run, Path) else run)
-    path = shown.run.folder / PAGE
+    shown = read_run(run) if isinstance(run, Path) else run
+    path = shown.folder / PAGE
     write_page(path, [shown])
     return path
 
 
-def write_page(path: Path, runs: Sequence[PlayedRun]) -> None:
+def write_page(path: Path, runs: Sequence[RecordedRun]) -> None:
     """Writes the page of runs, which it plays beside each other on one clock.
 
     Raises:
-        RunError: a number in a run cannot be drawn.
+        RunError: a run has no poses, or a number in it cannot be drawn.
         RecordError: the file cannot be written.
     """
-    title = "; ".join(f"{run.title}: {run.end}" for run in runs)
-    text = one_file(title, [_recording(run, len(one_file(title, []).encode())) for run in runs])
-    with replacing(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8", newline="\n")
+    for run in runs:
+        run.check_poses()
+    write_recordings(path, "; ".join(f"{run.title}: {run.end.words}" for run in runs), map(_recording, runs))
 
 
-def _recording(run: PlayedRun, page: int) -> str:
-    """A run as a page holds it; `page` is the size of a page without a run [bytes]."""
-    try:
-        frames, notes = _frames(run)
-    except scene.SceneError as error:
-        raise RunError(f"{run.run.folder}: {error}") from None
-    told = {"title": run.title, "end": run.end, "reason": run.reason, "notes": notes}
-    return fitted(told, frames, largest_file(run.duration) - page, run.decimation)
+class Recording(NamedTuple):
+    """What a page plays: title, end, reason and notes, and its frames, with one in `shown` scans."""
+
+    told: Mapping[str, Any]
+    frames: Sequence[Frame]
+    duration: float  # [s]
+    shown: int = 1
 
 
-def fitted(told: Mapping[str, Any], frames: Sequence[Frame], largest: int, decimation: int = 1) -> str:
-    """A recording `packed`, with fewer scans, maps and candidates where it would be too large.
+def write_recordings(path: Path, title: str, recordings: Iterable[Recording]) -> None:
+    """Writes a page with this title that plays recordings.
 
-    Args:
-        told: title, end, reason and notes.
-        frames: its frames, of which one in `decimation` scans is shown already.
-        largest: size that it must not exceed, where that can be [bytes].
+    Raises:
+        RecordError: the file cannot be written.
     """
+    page = len(one_file(title, []).encode())
+    fitting = [fitted(told, frames, largest_file(over) - page, shown) for told, frames, over, shown in recordings]
+    with replacing(path) as unfinished:
+        unfinished.write_text(one_file(title, fitting), encoding="utf-8", newline="\n")
+
+
+def _recording(run: RecordedRun) -> Recording:
+    try:
+        frames = frames_of(run)
+    except scene.SceneError as error:
+        raise RunError(f"{run.folder}: {error}") from None
+    told: dict[str, Any] = {"title": run.title, "end": run.end.words, "reason": run.end.reason}
+    told["notes"] = _missing(frames, run.settings.planner)
+    return Recording(told, frames, run.log.duration, decimation(run))
+
+
+def fitted(told: Mapping[str, Any], frames: Sequence[Frame], largest: int, shown: int = 1) -> str:
+    """A recording `packed`, with fewer scans, maps and candidates where it would exceed `largest` [bytes]."""
     factor = 1
-    text = _packed(told, frames, decimation)
+    text = _packed(told, frames, shown)
     while (size := len(text)) > largest and factor < COARSEST:
         factor *= 2 ** max(1, int(math.log2(size / largest)))
-        text = _packed(told, thinned(frames, factor), factor * decimation)
+        text = _packed(told, thinned(frames, factor), factor * shown)
     return text
-
-
-def _frames(run: PlayedRun) -> tuple[list[Frame], list[str]]:
-    """Returns all frames of a run, and a note on the parts that were not recorded."""
-    frames = frames_of(run)
-    return frames, _missing(frames, run.run.settings.planner)
 
 
 def largest_file(duration: float) -> int:
