@@ -30,7 +30,7 @@ from collplan_core.parameters.file import write_values
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import Call, Event
 from collplan_core.worlds import load_world
-from collplan_ros.bringup.failures import GRAPH_LOST, NOT_REACHED
+from collplan_ros.bringup.ending import GRAPH_LOST, NOT_REACHED
 from collplan_ros.replay.recorded_journals import read_journals
 from collplan_study.analysis.statistics import MEAN, Estimate, improvement, level_of
 from collplan_study.question.question import parse_axes

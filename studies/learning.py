@@ -212,14 +212,14 @@ def through_graph(case: Case) -> dict[str, Any]:
         asked = ["--world", case.world, "--seed", str(FIRST_SEED + case.number), "--strategy", "bounce"]
         bringup = Bringup(parse([*asked, "--params", str(parameters), "--no-journal", "--out", f"{folder}/runs"]))
         with closing(bringup.folder), bringup:
-            wait_until_ready(bringup.graph)
+            wait_until_ready(bringup)
             while len(legs) < LEGS:
-                given = bringup.graph.pose.stamp
+                given = bringup.pose.stamp
                 outcome = bringup.drive(bringup.preparation.ends[len(legs) % 2])
                 if outcome != REACHED:
                     break
-                legs.append({"time": bringup.graph.pose.stamp - given})
-            held = bringup.graph.recorder.held
+                legs.append({"time": bringup.pose.stamp - given})
+            held = bringup.recorder.held
             return {"case": case, "outcome": outcome, "reason": bringup.reason(outcome), "held": held, "legs": legs}
 
 

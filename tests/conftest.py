@@ -35,7 +35,7 @@ def free_domain() -> tuple[int, TextIO]:
 DOMAIN, DOMAIN_LOCK = free_domain()
 os.environ["ROS_DOMAIN_ID"] = str(DOMAIN)
 if importlib.util.find_spec("rclpy"):
-    from collplan_ros.bringup.network import graph_environment
+    from collplan_ros.node_kit.reachability import graph_environment
 
     # as bringup's nodes, whatever the user's own is
     os.environ.update(graph_environment("local", {}))

@@ -20,14 +20,14 @@ from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from collplan_ros.bringup import complaints, driving, preparation
+from collplan_ros.bringup import driving, preparation, watching
 from collplan_ros.bringup.driving import wait_until_ready
-from collplan_ros.bringup.failures import GraphError
+from collplan_ros.bringup.ending import GraphError
 from collplan_ros.bringup.main import Bringup, main, run
-from collplan_ros.bringup.network import PROFILE, RANGE
 from collplan_ros.bringup.options import ROBOTS, Options, RobotKind
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages import qos
+from collplan_ros.node_kit.reachability import PROFILE, RANGE
 from collplan_ros.run.recorded_run import read_run
 from fake_robot import FakeRobot, hall
 
@@ -85,7 +85,7 @@ class Played:
     def fall_silent_on_the_way_back(self):
         self.succeed()
         if self.goals == 2:
-            complaints.INPUT_PATIENCE, self.robot.poses_on = 0.5, False
+            watching.INPUT_PATIENCE, self.robot.poses_on = 0.5, False
 
     def be_interrupted_on_the_way_back(self):
         self.succeed() if self.goals == 1 else os.kill(os.getpid(), signal.SIGINT)
@@ -114,10 +114,10 @@ def options(tmp_path, monkeypatch):
     (tmp_path / "set.yaml").write_text("/**: {ros__parameters: {trial.timeout: 1.0, mocap.topic: /vicon/body}}\n")
     monkeypatch.setattr(preparation, "NODES", ())
     monkeypatch.setattr(preparation, "find_executable", lambda name: str(tmp_path / "node"))
-    monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), True, "local"))
+    monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), True))
     monkeypatch.setattr(driving, "PAUSE", 0.0)
     monkeypatch.setattr(driving, "REST_PATIENCE", 1.0)
-    monkeypatch.setattr(complaints, "INPUT_PATIENCE", complaints.INPUT_PATIENCE)
+    monkeypatch.setattr(watching, "INPUT_PATIENCE", watching.INPUT_PATIENCE)
     return Options(robot="fake", out=tmp_path / "runs", params=tmp_path / "set.yaml", pictures=False)
 
 
@@ -136,7 +136,7 @@ def played(ros):
 def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(played, options):
     bringup = Bringup(options, Progress(io.StringIO()))
     with closing(bringup.folder), bringup:
-        wait_until_ready(bringup.graph)
+        wait_until_ready(bringup)
         for outcome, meet, words, asked, deaf in (
             ("reached", played.succeed, "", 0, 1),
             ("aborted", lambda: played.end(GoalStatus.STATUS_ABORTED), "no way", 0, 1),
@@ -150,7 +150,7 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
             assert words in bringup.reason(outcome), outcome
             bringup.come_to_rest()
             # whom nobody hears does not wait: to leave the graph stops the robot
-            assert bringup.graph.listener.at_rest == (deaf < 1000), outcome
+            assert bringup.listener.at_rest == (deaf < 1000), outcome
             assert (min(played.asked, 2), played.asked < 10) == (asked, True), outcome
         bringup.graph.recorder.blind = math.pi
         assert "the LIDAR sees 180 of 360 degrees" in bringup.reason("timeout")
@@ -189,7 +189,7 @@ def test_with_a_kept_emergency_stop_no_goal_is_given_and_it_is_said_how_to_clear
 
 def test_without_poses_it_is_said_where_they_were_expected(played, options):
     """Beside another robot's nodes of the same names."""
-    complaints.INPUT_PATIENCE = 0.5
+    watching.INPUT_PATIENCE = 0.5
     before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
     result = run(replace(options, network="subnet", namespace="/robot1"))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
@@ -210,16 +210,16 @@ def test_progress_that_nobody_reads_any_more_ends_nothing():
 def test_errors_of_the_nodes_are_said_when_they_happen_and_why_a_real_robot_stands(
     played, options, monkeypatch, simulated, said
 ):
-    monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), simulated, "local"))
+    monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), simulated))
     output = io.StringIO()
     asked = replace(options, world="corridor", goal=(2.0, 0.4), network="local")
     bringup = Bringup(asked, Progress(output))
     with closing(bringup.folder), bringup:
-        wait_until_ready(bringup.graph)
+        wait_until_ready(bringup)
         played.log()
-        end = bringup.graph.now() + 5.0
-        bringup.wait(lambda: said[-1][2] in output.getvalue() or bringup.graph.now() > end)
-        bringup.graph.step()
+        end = bringup.now() + 5.0
+        bringup.wait(lambda: said[-1][2] in output.getvalue() or bringup.now() > end)
+        bringup.step()
     assert tuple(row for row in LOGGED if row[2] in output.getvalue()) == said
 
 

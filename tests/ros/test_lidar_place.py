@@ -8,10 +8,9 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
 
-from collplan_ros.bringup.failures import StartError
-from collplan_ros.bringup.lidar_place import with_lidar_place
+from collplan_ros.bringup.ending import StartError
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.preparation import prepare
+from collplan_ros.bringup.preparation import prepare, with_lidar_place
 from collplan_ros.messages.conversions import quaternion_from_yaw
 from collplan_ros.messages.qos import SENSOR_DATA
 
@@ -28,7 +27,7 @@ def prepared(tmp_path, **scan):
 
 def test_bringup_takes_it_from_tf_static_unless_a_parameter_says_it(ros, real_messages, tmp_path):
     said = prepared(tmp_path, offset_x=0.1)
-    assert with_lidar_place(said) == (said, "")
+    assert with_lidar_place(said) is said
     kind = real_messages("tf2_msgs.msg").TFMessage
     mount = TransformStamped(child_frame_id="laser")
     mount.header.frame_id = "base_link"
@@ -44,10 +43,10 @@ def test_bringup_takes_it_from_tf_static_unless_a_parameter_says_it(ros, real_me
             return found.done()
 
         assert ros.wait_until(is_found, 20.0)
-    preparation, words = found.result()
+    preparation = found.result()
     taken = preparation.settings.scan
     assert (taken.frame, *taken.offset, taken.mirrored) == ("laser", 0.12, 0.0, pytest.approx(math.pi / 2), False)
-    assert "laser is 0.120 m forward" in words
+    assert "laser is 0.120 m forward" in preparation.lidar
 
 
 def test_a_given_use_sim_time_reaches_every_node_with_the_clock_of_the_whole_graph(tmp_path):
@@ -62,6 +61,6 @@ def test_a_given_use_sim_time_reaches_every_node_with_the_clock_of_the_whole_gra
 
 
 def test_without_a_transform_it_is_said_where_the_lidar_is_taken_to_be(ros, tmp_path):
-    preparation, words = with_lidar_place(prepared(tmp_path, frame="laser"))
+    preparation = with_lidar_place(prepared(tmp_path, frame="laser"))
     assert preparation.settings.scan.offset == (0.0, 0.0, 0.0)
-    assert "no transform from base_link to laser" in words
+    assert "no transform from base_link to laser" in preparation.lidar

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from collplan_core.command import FREE_SPACE
 from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, RunMonitor
 from collplan_core.parameters import Trial
-from collplan_ros.bringup.driving import outcome_of
+from collplan_ros.bringup.ending import outcome_of
 from collplan_ros.run.recorder import GoalReport
 from collplan_ros.run.run_log import PoseRow
 

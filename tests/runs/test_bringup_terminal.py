@@ -11,8 +11,8 @@ import pytest
 
 from collplan_core.evaluation.run_end import CANCELED, REACHED, STUCK, TIMEOUT
 from collplan_ros.bringup import driving
-from collplan_ros.bringup.driving import EMERGENCY_STOP, Bringup
-from collplan_ros.bringup.main import repeating
+from collplan_ros.bringup.driving import Bringup
+from collplan_ros.bringup.ending import EMERGENCY_STOP
 from collplan_ros.bringup.options import Options, parse
 
 
@@ -24,7 +24,7 @@ def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):
     ):
         asked = {"goal": goal, "network": network, "namespace": namespace, "scan": scan, "max_speed": 0.9}
         first = Options(robot="serial:/dev/my robot", **asked)
-        program, *arguments = shlex.split(repeating(first.asked(simulated=False), params, np.array(goal)))
+        program, *arguments = shlex.split(first.repeated(params, np.array(goal)))
         again = parse(arguments)
         assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
         assert (again.max_speed, again.graph, again.params) == (0.9, namespace, params)
@@ -61,8 +61,9 @@ class FakeDriver:
     """Has these outcomes, then is interrupted; a person gives a goal each third look, which ends three looks later."""
 
     def __init__(self, *outcomes: str) -> None:
-        self.outcomes, self.did, self.looks = iter(outcomes), [], itertools.count()
-        self.graph = SimpleNamespace(now=time.monotonic)
+        self.outcomes, self.did, self.looks, self.said = iter(outcomes), [], itertools.count(), []
+        self.now, self.progress = time.monotonic, SimpleNamespace(say=self.said.append)
+        self.preparation = SimpleNamespace(ends=ENDS)
 
     def drive(self, goal):
         for outcome in self.outcomes:
@@ -92,10 +93,10 @@ def test_it_goes_to_and_fro_and_waits_for_the_goal_of_a_person_who_has_stopped_i
     monkeypatch.setattr(driving, "PAUSE", 0.0)
     there, back = (2.0, 0.0), (0.0, 0.0)
     for outcome in (REACHED, TIMEOUT, STUCK, CANCELED, EMERGENCY_STOP):
-        driver, said = FakeDriver(outcome, REACHED), []
+        driver = FakeDriver(outcome, REACHED)
         with pytest.raises(Over):
-            Bringup.drive_laps(driver, ENDS, said.append)
+            Bringup.drive_laps(driver)
         is_stopped = outcome in (CANCELED, EMERGENCY_STOP)
         assert driver.did == [there, "rest", *(["a goal"] if is_stopped else []), back, "rest"], outcome
-        assert len(said) == (outcome != REACHED)
-        assert is_stopped or all(each == f"why {outcome}" for each in said)
+        assert len(driver.said) == (outcome != REACHED)
+        assert is_stopped or all(each == f"why {outcome}" for each in driver.said)

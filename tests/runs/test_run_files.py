@@ -9,9 +9,9 @@ import pytest
 from PIL import Image
 
 from collplan_core.parameters import Settings
-from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.ending import StartError
 from collplan_ros.bringup.main import make_pictures, write_results
-from collplan_ros.bringup.options import ROBOTS
+from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.impacts import impacts_of
@@ -27,7 +27,7 @@ def run_in(folder: RunFolder, log: RunLog) -> RecordedRun:
     return RecordedRun(folder.path, Settings(), room(), log, 0, "/", has_results=False, is_whole=True, has_ended=False)
 
 
-PREPARED = Preparation(ROBOTS["sim"], "local", Settings(), room(), GOAL, {})
+PREPARED = Preparation(Options(), Settings(), room(), GOAL, {})
 
 
 def test_all_files_are_written(tmp_path):

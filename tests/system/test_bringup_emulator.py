@@ -12,7 +12,7 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_ros.bringup import driving, preparation
-from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.ending import StartError
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options, robot_kind
 from collplan_ros.bringup.preparation import prepare
@@ -60,7 +60,7 @@ def test_a_serial_robot_that_is_not_there_is_named(tmp_path, monkeypatch):
 def test_a_serial_robot_sets_device_rate_and_network():
     robot = robot_kind("serial:/dev/ttyACM1@57600")
     assert robot.values == {"driver.port": "/dev/ttyACM1", "driver.baud": 57600}
-    assert (robot.simulated, robot.network, robot.nodes) == (False, None, ("driver_node",))
+    assert (robot.simulated, robot.nodes) == (False, ("driver_node",))
     assert robot_kind("serial:/dev/serial/by-id/usb@odd@9600").values["driver.port"] == "/dev/serial/by-id/usb@odd"
     prepared = prepare(Options(robot="serial:/dev/ttyACM1", **SAID))
     assert (prepared.settings.driver.port, prepared.network) == ("/dev/ttyACM1", "subnet")

@@ -7,7 +7,7 @@ from functools import cache
 
 import pytest
 
-from collplan_ros.bringup.network import PROFILE, RANGE, graph_environment
+from collplan_ros.node_kit.reachability import PROFILE, RANGE, graph_environment
 
 SOCKETS = """
 import os, re, time

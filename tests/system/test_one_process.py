@@ -5,7 +5,7 @@ import time
 import pytest
 
 from collplan_core.warm_up import warm_up
-from collplan_ros.bringup import stepped_nodes
+from collplan_ros.bringup import one_process
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import parse
 from collplan_ros.nodes.controller_node import ControllerNode
@@ -54,7 +54,7 @@ def hangs(*_):
     ],
 )
 def test_a_node_that_raises_or_hangs_ends_the_run_by_its_name(driven, monkeypatch, capsys, node, callback, fault, said):
-    monkeypatch.setattr(stepped_nodes, "LOOK_PERIOD", 0.1)
+    monkeypatch.setattr(one_process, "LOOK_PERIOD", 0.1)
     monkeypatch.setattr(node, callback, fault)
     result = driven("runs")
     assert (result.outcome, result.exit_code, result.message) == ("node_died", 3, said)

@@ -32,9 +32,9 @@ def ran(tmp_path_factory):
     warm_up()
     options = Options(seed=3, out=tmp_path_factory.mktemp("runs"), pictures=False)
     with Bringup(options, Progress(io.StringIO())) as bringup:
-        wait_until_ready(bringup.graph)
+        wait_until_ready(bringup)
         outcome = bringup.drive()  # whatever it is: a busy machine may not get there
-        names = {name for name, _ in bringup.graph.listener.node.get_topic_names_and_types()}
+        names = {name for name, _ in bringup.listener.node.get_topic_names_and_types()}
         bringup.come_to_rest()
     folder = bringup.folder.path
     run = read_run(folder)

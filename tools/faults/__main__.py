@@ -13,7 +13,7 @@ from typing import Any
 
 import conftest  # noqa: F401  a ROS domain of its own on this machine alone
 from collplan_core.jit import sources_digest
-from collplan_ros.bringup.failures import Interrupted
+from collplan_ros.bringup.ending import Interrupted
 from faults import base, line, movers, simulator, trials
 from faults.live_graph import LiveGraph
 from faults.runner import Bench, BenchError, CaseFile, Fault, run_bench

@@ -11,10 +11,10 @@ import yaml
 from std_msgs.msg import String
 
 import foreign_robot
-from collplan_ros.bringup.network import environment_set
 from collplan_ros.bringup.options import COMMANDER, Options
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.messages.states import HELD
+from collplan_ros.node_kit.reachability import environment_set
 from collplan_ros.nodes.localisation import LONGEST_SILENCE
 from faults.live_graph import WAIT, LiveGraph
 from faults.runner import Act, BenchError, Fault, Measure, Measured

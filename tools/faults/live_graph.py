@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from collplan_ros.bringup.driving import wait_until_ready
-from collplan_ros.bringup.failures import GraphError
+from collplan_ros.bringup.ending import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import prepare
@@ -193,9 +193,9 @@ class LiveGraph(Graph, Bench):
         """
         self.processes.kill(node)
         begun = self.now()
-        self.processes.start(node, self.preparation.command(node, self._folder))
+        self.start(node)
         if not self.until(lambda: self.streams.health[node][0] > begun, START):
-            raise BenchError(f"{node} did not start again: {self.processes.last_lines(node)}")
+            raise BenchError(f"{node} did not start again: {self._logs.last_lines(node)}")
         return self.streams.health[node][0]
 
     def _signalled(self, nodes: tuple[str, ...], number: int) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
+from collplan_ros.bringup.ending import GraphError, Interrupted, StartError
 from collplan_study.run.row_file import JsonLines
 
 MOST_REPEATED = 20

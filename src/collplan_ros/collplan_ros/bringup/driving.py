@@ -1,66 +1,50 @@
-"""One run on the graph: starts it, waits until it is ready, gives goals, monitors how they end, and reports why."""
+"""One run on the graph: starts it, waits until it is ready, gives goals, watches how they end, and tells why."""
 
-import math
 import os
-import time
-from collections import Counter
-from collections.abc import Callable
 from itertools import cycle
 
 import numpy as np
-from action_msgs.msg import GoalStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
 from collplan_core.control.runaway import MOVES
-from collplan_core.evaluation import run_end
-from collplan_core.evaluation.run_end import (
-    ABORTED,
-    CANCELED,
-    REACHED,
-    STUCK,
-    TIMEOUT,
-    RunMonitor,
-    drive_noise_hint,
-    pace_words,
-)
+from collplan_core.evaluation.run_end import ABORTED, REACHED, RunMonitor, drive_noise_hint, pace_words
 from collplan_core.loop.mover_guard import sight_hint
-from collplan_ros.bringup import complaints
-from collplan_ros.bringup.complaints import seen_more_than
-from collplan_ros.bringup.failures import DrivesOn, GraphError, Interrupted, StartError
-from collplan_ros.bringup.graph import LATE, NOTICE_TIME, Graph
-from collplan_ros.bringup.lidar_place import with_lidar_place
-from collplan_ros.bringup.listener import NAME, REST_PATIENCE
+from collplan_ros.bringup import ending, watching
+from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.options import COMMANDER, PLANNER, Options
-from collplan_ros.bringup.preparation import prepare
+from collplan_ros.bringup.preparation import prepare, with_lidar_place
 from collplan_ros.bringup.progress import Progress, in_words
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.messages.states import NUMBERS
+from collplan_ros.bringup.watching import REST_PATIENCE
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.diagnostics import ERROR
 from collplan_ros.node_kit.reachability import SERVER
-from collplan_ros.run.recorder import GoalReport
-from collplan_ros.run.run_log import PoseRow
 from collplan_ros.run.whole_file import RecordError
 
-READY_PATIENCE = 300.0
-"""Longest wait for the nodes to report; they may have to compile first [s]."""
-LINK_PATIENCE = 3.0
-"""Longest wait for the robot's link, once every node has reported [s]."""
+READY_PATIENCE = 300.0  # longest wait for the nodes to report; they may have to compile first [s]
+LINK_PATIENCE = 3.0  # longest wait for the robot's link, once every node has reported [s]
 
 
 def wait_until_ready(graph: Graph) -> None:
-    """Waits until every node has reported, poses and scans come, and the planner listens for a goal.
-
-    Raises:
-        NodeDied, GraphError, Interrupted, RecordError: as methods of the graph.
-    """
+    """Waits until every node has reported, poses and scans come, and the planner listens for a goal."""
     robot, recorder, says = graph.preparation.robot.nodes[0], graph.recorder, graph.complaints
-    graph.wait(_all_reported(graph), READY_PATIENCE, lambda: says.unready(READY_PATIENCE))
-    graph.let_time_run()
-    twice = seen_more_than(graph.listener.node, Counter([NAME, *graph.preparation.programs]))
-    if twice:
-        raise GraphError(says.not_alone(f"another {in_words(twice)}"))
+
+    def waited_for() -> str:
+        served = f"; {SERVER} is set: only by its server they meet" if os.environ.get(SERVER) else ""
+        why = "slow on a busy machine, or before the first compile"
+        return f"waiting for {in_words(silent)} ({why}{served})" if (silent := says.silent_nodes) else ""
+
+    def unready() -> str:
+        late = f"{in_words(says.silent_nodes)} not ready within {READY_PATIENCE:g} s"
+        return f"{late}: nothing on /diagnostics; {graph.preparation.where}"
+
+    with graph.notice(waited_for):
+        graph.wait(lambda: not says.silent_nodes, READY_PATIENCE, unready)
+    if graph.stepped is not None:
+        graph.stepped.let_time_run()
+    if others := says.not_alone(own=1):
+        raise ending.GraphError(others)
     status = recorder.status
     graph.wait(lambda: status(robot).level != ERROR, LINK_PATIENCE, lambda: f"{robot}: {status(robot).message}")
     if values_of(status(robot)).get("impact_sensing") == "yes":
@@ -72,169 +56,102 @@ def wait_until_ready(graph: Graph) -> None:
     for condition, complaint in (
         (lambda: recorder.newest is not None, says.no_pose),
         (lambda: recorder.scan_came, says.no_scan),
-        (lambda: graph.goals.are_heard, says.no_planner),
+        (lambda: graph.goals.get_subscription_count() > 0, says.no_planner),
         (lambda: recorder.robot.get("knows_planner") == "yes", lambda: says.missing("robot/state", "reliable")),
     ):
-        graph.wait(condition, complaints.INPUT_PATIENCE, complaint)
+        graph.wait(condition, watching.INPUT_PATIENCE, complaint)
     graph.is_ready = True
     graph.step()
 
 
-def refuse_kept_stop(graph: Graph) -> None:
-    """Raises GraphError where the robot has kept an emergency stop: it must not drive off when somebody clears that."""
-    if why := graph.recorder.emergency_stop:
-        clear = graph.complaints.name("clear_estop")
-        raise GraphError(f"{why}: call {clear}, or press Clear emergency stop on the page, then start again")
+PAUSE = 1.0  # rest at each end of a lap [s]
+LATE = 1.0  # age at which a pose no longer shows the robot's present state [s]
+CATCH_UP_PATIENCE = 5.0  # longest wait for poses that are not late, once those taken are [s]
+CANCEL_PERIOD = 0.1  # period at which the planner is asked to end the goal: it may not be discovered yet [s]
+CANCEL_PATIENCE = 0.3  # longest wait for the end of a goal that was canceled [s]
 
 
-def _all_reported(graph: Graph) -> Callable[[], bool]:
-    notice = time.monotonic() + NOTICE_TIME
-
-    def condition() -> bool:
-        nonlocal notice
-        silent = graph.complaints.silent_nodes
-        if silent and time.monotonic() > notice:
-            served = f"; {SERVER} is set: only by its server they meet" if os.environ.get(SERVER) else ""
-            why = "slow on a busy machine, or before the first compile"
-            graph.progress.say(f"waiting for {in_words(silent)} ({why}{served})")
-            notice = math.inf
-        return not silent
-
-    return condition
-
-
-OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.items()}
-"""Outcome of a run by the final status of its goal, one of GoalStatus.STATUS_*."""
-
-
-def outcome_of(goal: GoalReport | None, pose: PoseRow, maneuver: str, monitor: RunMonitor) -> str | None:
-    """Outcome of a run at its newest pose and maneuver, None while it goes on.
-
-    The planner's report of the goal's end has priority over the monitor, however old the pose. A report is used
-    only once the poses sent before it were taken: time counts from the first of those after the first plan, and the
-    time of arrival is read from them.
-    """
-    monitor.commanded(maneuver)
-    final = goal is not None and goal.status in OUTCOMES
-    if goal is not None and goal.sent <= pose.sent:
-        if final:
-            return OUTCOMES[goal.status]
-        if goal.status == GoalStatus.STATUS_EXECUTING:
-            monitor.executing(pose.stamp)
-    return None if final else monitor.outcome(pose.stamp, np.array([pose.x, pose.y]))
-
-
-EMERGENCY_STOP = "emergency_stop"
-"""Outcome of a run in which the robot's emergency stop was latched."""
-BY_A_PERSON = (CANCELED, EMERGENCY_STOP)
-"""Outcomes after which the robot stands until a person gives a goal."""
-PAUSE = 1.0
-"""Rest at each end of a lap [s]."""
-MONITORED = (TIMEOUT, STUCK)
-"""Outcomes that no node reports."""
-BROKEN_OFF = (GraphError, Interrupted, RecordError)
-"""Exceptions that end a run before its outcome."""
-CANCEL_PERIOD = 0.1
-"""Period at which the planner is asked to end the goal, until it has [s]: it may not be discovered yet."""
-CANCEL_PATIENCE = 0.3
-"""Longest wait for the end of a goal that was canceled [s]."""
-ACTIVE = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
-"""Status of a goal that the robot is on the way to."""
-
-
-class Bringup:
+class Bringup(Graph):
     """One run, a context manager: entering starts the graph, leaving stops it.
 
     Most scripts need only `run()`; this class is for those that act during the run. Use it in a thread that lives as
-    long as the graph: the nodes are killed when the thread that started them ends.
-
-    Attributes:
-        options: what is asked for.
-        lidar_place: where a real LIDAR is on the robot, and how that is known, in words; empty where parameters say it.
-
-    Raises:
-        StartError: the request cannot be fulfilled; nothing was started.
-        NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
+    long as the graph: the nodes are killed when the thread that started them ends. Errors are those of Graph.
     """
 
     def __init__(self, options: Options, progress: Progress | None = None) -> None:
         """Checks everything and makes the run folder."""
-        self.options, self.progress = options, progress or Progress()
-        self.preparation, self.lidar_place = with_lidar_place(prepare(options))
-        self.folder = RunFolder(options.out, self.preparation.settings)
-        self.graph = Graph(self.preparation, self.folder, self.progress)
+        preparation = with_lidar_place(prepare(options))
+        super().__init__(preparation, RunFolder(options.out, preparation.settings), progress or Progress())
         self._why = ""
 
     def __enter__(self) -> "Bringup":
         try:
-            self.graph.__enter__()
-            if why := self.folder.become_latest():
-                self.progress.say(why)
-        except StartError:
-            self.graph.__exit__()
+            super().__enter__()
+        except ending.StartError:
             self.folder.discard()
             raise
-        except BROKEN_OFF as error:
+        except ending.BROKEN_OFF as error:
             self.progress.say(str(error))
             raise
+        self.progress.say(self.folder.become_latest())
         return self
 
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, BROKEN_OFF):  # at once: to stop the nodes takes some seconds
-            self.progress.say(str(error))
+    def __exit__(self, *exception: object) -> None:
+        if isinstance(exception[1], ending.BROKEN_OFF):  # at once: to stop the nodes takes some seconds
+            self.progress.say(str(exception[1]))
         try:
-            self.graph.__exit__(kind, error, trace)
+            super().__exit__()
         except RecordError as lost:  # the last lines do not fit on the disk
             self.progress.say(str(lost))
             raise
 
-    def drive_laps(self, ends: list[np.ndarray], say: Callable[[str], None]) -> None:
-        """Drives from end (2,) [m] to end until an exception ends it: a signal or an error.
+    def drive_laps(self) -> None:
+        """Drives to and fro between goal and start until an exception ends it: a signal or an error.
 
         A person may give goals in between. Where one cancels, or stops the robot, it stands until one gives a goal.
         """
-        for target in cycle(ends):
+        say = self.progress.say
+        for target in cycle(self.preparation.ends):
             outcome = self.drive(target)
             self.come_to_rest()
-            if outcome in BY_A_PERSON:
+            if outcome in ending.BY_A_PERSON:
                 say(f"{outcome.replace('_', ' ')}: the robot stands until you give it a goal")
                 self.wait(lambda: self.goal_is_active)
                 self.wait(lambda: not self.goal_is_active)
             elif outcome != REACHED:
                 say(self.reason(outcome))
-            end = self.graph.now() + PAUSE
-            self.wait(lambda: self.graph.now() > end)  # noqa: B023 (called in this lap)
+            end = self.now() + PAUSE
+            self.wait(lambda: self.now() > end)  # noqa: B023 (called in this lap)
 
     def drive(self, goal: np.ndarray | None = None) -> str:
-        """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
+        """Gives the goal (2,) [m], the prepared one by default, monitors the run, and returns its outcome.
 
-        Returns:
-            The outcome: reached, aborted or canceled by the planner's report, else timeout, stuck or emergency_stop.
+        Reached, aborted or canceled are the planner's report; else it is timeout, stuck or emergency_stop.
         """
         target = self.preparation.goal if goal is None else goal
-        graph = self.graph
-        graph.recorder.begin(self.preparation.robot.simulated)
-        graph.give_goal(target)
-        monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
-        recorder = graph.recorder
+        recorder = self.recorder
+        recorder.begin(self.preparation.robot.simulated)
+        self.give_goal(target)
+        monitor = RunMonitor(self.preparation.settings.trial, self.pose.stamp)
         while True:
-            outcome = outcome_of(recorder.goal, graph.pose, recorder.maneuver, monitor)
-            if outcome in MONITORED and recorder.lateness > LATE:
-                graph.catch_up()  # poses arrived too late to show it
+            outcome = ending.outcome_of(recorder.goal, self.pose, recorder.maneuver, monitor)
+            if outcome in ending.MONITORED and recorder.lateness > LATE:
+                # poses arrived too late to show it
+                self.wait(lambda: recorder.lateness <= LATE, CATCH_UP_PATIENCE, self.complaints.too_slow)
                 continue
             if outcome is not None:
                 break
             if recorder.emergency_stop:
-                self.progress.say(self.reason(EMERGENCY_STOP))
-                return EMERGENCY_STOP
+                self.progress.say(self.reason(ending.EMERGENCY_STOP))
+                return ending.EMERGENCY_STOP
             self._show_progress(target)
-            graph.step()
+            self.step()
         # now: what ends the goal makes the controller stand for that reason
         self._why = f"{outcome}: {self._why_not_there(monitor.reason)}"
         return outcome
 
     def _show_progress(self, target: np.ndarray) -> None:
-        pose, recorder = self.graph.pose, self.graph.recorder
+        pose, recorder = self.pose, self.recorder
         begin = recorder.time_zero
         # a pose of a while ago is not where the robot is now
         if begin is not None and pose.stamp >= begin and recorder.age <= LATE:
@@ -246,59 +163,48 @@ class Bringup:
         """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE.
 
         A goal that has not ended within CANCEL_PATIENCE is not waited for: leave the graph then, which stops the robot.
-
-        Raises:
-            DrivesOn: it does not rest.
+        DrivesOn: it does not rest.
         """
-        graph, begun = self.graph, self.graph.now()
-        due = begun
-        while (now := graph.now()) < begun + REST_PATIENCE:
-            if self._goal_has_ended and graph.listener.at_rest:
-                return
-            if not self._goal_has_ended:
+        due = begun = self.now()
+        while (now := self.now()) < begun + REST_PATIENCE:
+            if self.goal_is_active:
                 if now > begun + CANCEL_PATIENCE:
                     return
                 if now >= due:
-                    graph.goals.cancel()
+                    self.cancel_goal()
                     due = now + CANCEL_PERIOD
-            graph.step()
-        if (speed := graph.listener.speed) > MOVES:
-            raise DrivesOn(f"the robot drives on at {speed:.2f} m/s, {now - begun:.0f} s after the end of its run")
-
-    def wait(self, condition: Callable[[], bool]) -> None:
-        """Lets the graph run until a condition holds."""
-        while not condition():
-            self.graph.step()
+            elif self.listener.at_rest:
+                return
+            self.step()
+        if (speed := self.listener.speed) > MOVES:
+            raise ending.DrivesOn(
+                f"the robot drives on at {speed:.2f} m/s, {now - begun:.0f} s after the end of its run"
+            )
 
     @property
     def goal_is_active(self) -> bool:
         """True where the robot is on the way to a goal, whoever gave it."""
-        goal = self.graph.recorder.goal
-        return goal is not None and goal.status in ACTIVE
-
-    @property
-    def _goal_has_ended(self) -> bool:
-        goal = self.graph.recorder.goal
-        return goal is None or goal.status in OUTCOMES
+        goal = self.recorder.goal
+        return goal is not None and goal.status not in ending.OUTCOMES
 
     def reason(self, outcome: str) -> str:
         """Returns why the goal was not reached, for the outcome of `drive`; the planner's report may come after it."""
+        if outcome == ending.EMERGENCY_STOP:
+            return self.recorder.emergency_stop
         if outcome == ABORTED:
-            return self.graph.recorder.status(PLANNER).message + self.graph.complaints.frozen + self._hints
-        if outcome == EMERGENCY_STOP:
-            return self.graph.recorder.emergency_stop
-        return self._why + self._hints if outcome in MONITORED else ""
+            return self.recorder.status(PLANNER).message + self.complaints.frozen + self._hints
+        return self._why + self._hints if outcome in ending.MONITORED else ""
 
     @property
     def _hints(self) -> str:
         settings = self.preparation.settings
-        sight = sight_hint(self.graph.recorder.blind, settings)
+        sight = sight_hint(self.recorder.blind, settings)
         noise = drive_noise_hint(settings) if self.preparation.robot.simulated else ""
         return (f"; {sight}" if sight else "") + noise
 
     def _why_not_there(self, monitored: str) -> str:
         """Returns why the robot is not at the goal: a hold first, then a standing controller, then the planner."""
-        recorder, frozen = self.graph.recorder, self.graph.complaints.frozen
+        recorder, frozen = self.recorder, self.complaints.frozen
         if recorder.held:
             return f"the robot is held: {recorder.held}{frozen}"
         planner = f"{PLANNER}: {recorder.status(PLANNER).message}"

@@ -1,7 +1,6 @@
-"""Entry point of bringup: starts a robot and its nodes, gives the goal, monitors the run, and writes the run folder."""
+"""The program bringup: one whole run, from its options to its results and exit code."""
 
 import math
-import shlex
 import signal
 import sys
 from collections.abc import Sequence
@@ -10,22 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import ABORTED, REACHED
 from collplan_core.parameters import Settings
 from collplan_core.strategies import is_careful
-from collplan_ros.bringup.driving import MONITORED, Bringup, refuse_kept_stop, wait_until_ready
-from collplan_ros.bringup.failures import (
-    NOT_REACHED,
-    NOT_STARTED,
-    RECORD_LOST,
-    DrivesOn,
-    GraphError,
-    Interrupted,
-    StartError,
-)
+from collplan_ros.bringup import ending
+from collplan_ros.bringup.driving import Bringup, wait_until_ready
 from collplan_ros.bringup.options import VIEWER, Options, parse
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
@@ -38,22 +26,9 @@ from collplan_ros.run.whole_file import RecordError, RunError, replacing
 
 
 def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "") -> dict[str, Any]:
-    """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
-
-    `reason` explains its end; empty where the outcome suffices.
-
-    Raises:
-        RecordError: a file cannot be written.
-    """
-    repeat = repeating(preparation.asked, run.folder / PARAMETERS, preparation.goal)
-    return write_result_files(run, preparation.goal, outcome, {"reason": reason, "repeat": repeat})
-
-
-def repeating(asked: Sequence[str], parameters: Path, goal: np.ndarray) -> str:
-    """Returns the command line that repeats a run to a goal (2,) [m], with options `asked` beside its parameters."""
-    # argparse takes -1e-05 for an option
-    x, y = (np.format_float_positional(value, trim="0") for value in goal)
-    return shlex.join([as_called("bringup"), *asked, "--params", str(parameters), "--goal", x, y])
+    """Writes trajectory, impacts and summary of a run, each whole, or raises RecordError; `reason` is why it ended."""
+    said = {"reason": reason, "repeat": preparation.options.repeated(run.folder / PARAMETERS, preparation.goal)}
+    return write_result_files(run, preparation.goal, outcome, said)
 
 
 def make_pictures(run: RecordedRun, preparation: Preparation) -> list[str]:
@@ -80,33 +55,54 @@ def make_pictures(run: RecordedRun, preparation: Preparation) -> list[str]:
 
 @dataclass(frozen=True)
 class RunResult:
-    """Result of a run.
+    """Result of a run."""
 
-    Attributes:
-        outcome: reached, timeout, stuck, aborted, canceled, emergency_stop, node_died, graph_lost, drives_on,
-            record_lost or interrupted.
-        exit_code: 0 only when the goal was reached.
-        message: reason why the run was broken off or the goal not reached; empty where it was reached or canceled.
-        folder: the run folder.
-        summary: content of summary.json; empty where it could not be written.
-    """
-
-    outcome: str
-    exit_code: int
-    message: str
+    outcome: str  # of its goal (reached, timeout, ...), or of what broke it off (node_died, record_lost, ...)
+    exit_code: int  # 0 only when the goal was reached
+    message: str  # why the run was broken off or the goal not reached; empty where it was reached or canceled
     folder: Path
-    summary: dict[str, Any]
+    summary: dict[str, Any]  # content of summary.json; empty where it could not be written
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
-    """Performs one whole run: start, goal, end, results.
-
-    Raises:
-        StartError: the request cannot be fulfilled; nothing was started.
-    """
+    """Performs one whole run: start, goal, end, results; StartError where the request cannot be fulfilled."""
     bringup = Bringup(options, progress)
     with closing(bringup.folder):
         return _finished(bringup, *_driven(bringup))
+
+
+def _driven(bringup: Bringup) -> tuple[str, int, str]:
+    """Starts the graph, drives to the requested goal, and stops; returns outcome, exit code and message."""
+    options, say = bringup.preparation.options, bringup.progress.say
+    try:
+        with bringup:
+            say(_announcement(bringup.preparation))
+            wait_until_ready(bringup)
+            if bringup.recorder.blind > 0.0:
+                say(_blindness(bringup.recorder.blind, bringup.preparation.settings))
+            if options.view:
+                address = bringup.recorder.status(VIEWER).message.partition(",")[0]
+                say(f"\n    watch it in a browser on this machine:   {address}\n")
+            if why := bringup.recorder.emergency_stop:  # kept: it must not drive off when somebody clears that
+                clear = bringup.complaints.name("clear_estop")
+                raise ending.GraphError(
+                    f"{why}: call {clear}, or press Clear emergency stop on the page, then start again"
+                )
+            if options.again:
+                bringup.drive_laps()
+            outcome = bringup.drive()
+            bringup.come_to_rest()
+            reason = bringup.reason(outcome)
+            if outcome == REACHED and bringup.recorder.held:
+                raise ending.DrivesOn(f"the goal was reached, and then the robot was held: {bringup.recorder.held}")
+    except RecordError as error:
+        return "record_lost", ending.RECORD_LOST, str(error)
+    except (ending.GraphError, ending.Interrupted) as error:
+        meant = options.again and error.exit_code == 128 + signal.SIGINT
+        return error.outcome, 0 if meant else error.exit_code, str(error)
+    if outcome in (*ending.MONITORED, ABORTED):
+        say(reason)
+    return outcome, 0 if outcome == REACHED else ending.NOT_REACHED, reason
 
 
 def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> RunResult:
@@ -119,10 +115,10 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> R
             summary = write_results(recorded, preparation, outcome, message)
     except (RecordError, RunError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.recording}")
-        return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
+        return RunResult(outcome, ending.RECORD_LOST, message or str(error), folder.path, {})
     result = RunResult(outcome, exit_code, message, folder.path, summary)
     try:
-        for missing in make_pictures(recorded, preparation) if bringup.options.pictures else ():
+        for missing in make_pictures(recorded, preparation) if preparation.options.pictures else ():
             say(missing)
     except KeyboardInterrupt:
         say(_conclusion(result))
@@ -130,45 +126,13 @@ def _finished(bringup: Bringup, outcome: str, exit_code: int, message: str) -> R
     return result
 
 
-def _driven(bringup: Bringup) -> tuple[str, int, str]:
-    """Starts the graph, drives to the requested goal, and stops; returns outcome, exit code and message."""
-    options, graph, say = bringup.options, bringup.graph, bringup.progress.say
-    try:
-        with bringup:
-            say(_announcement(bringup.preparation))
-            if bringup.lidar_place:
-                say(bringup.lidar_place)
-            wait_until_ready(graph)
-            if graph.recorder.blind > 0.0:
-                say(_blindness(graph.recorder.blind, bringup.preparation.settings))
-            if options.view:
-                address = graph.recorder.status(VIEWER).message.partition(",")[0]
-                say(f"\n    watch it in a browser on this machine:   {address}\n")
-            refuse_kept_stop(graph)
-            if options.again:
-                bringup.drive_laps(bringup.preparation.ends, say)
-            outcome = bringup.drive()
-            bringup.come_to_rest()
-            reason = bringup.reason(outcome)
-            if outcome == REACHED and graph.recorder.held:
-                raise DrivesOn(f"the goal was reached, and then the robot was held: {graph.recorder.held}")
-    except RecordError as error:
-        return "record_lost", RECORD_LOST, str(error)
-    except (GraphError, Interrupted) as error:
-        meant = options.again and error.exit_code == 128 + signal.SIGINT
-        return error.outcome, 0 if meant else error.exit_code, str(error)
-    if outcome in (*MONITORED, ABORTED):
-        say(reason)
-    return outcome, 0 if outcome == REACHED else NOT_REACHED, reason
-
-
 def _announcement(preparation: Preparation) -> str:
     settings, goal = preparation.settings, preparation.goal
-    speed = f"{preparation.speed}\n" if preparation.speed else ""
-    return (
-        f"{speed}world {settings.simulator.world}, strategy {settings.planner.strategy}, "
-        f"seed {settings.simulator.seed}, goal ({goal[0]:g}, {goal[1]:g}); starting {', '.join(preparation.programs)}"
+    about = (
+        f"world {settings.simulator.world}, strategy {settings.planner.strategy}, seed {settings.simulator.seed}, "
+        f"goal ({goal[0]:g}, {goal[1]:g}); starting {', '.join(preparation.programs)}"
     )
+    return "\n".join(filter(None, (preparation.speed, about, preparation.lidar)))
 
 
 def _blindness(blind: float, settings: Settings) -> str:
@@ -188,13 +152,13 @@ def _conclusion(result: RunResult) -> str:
     if result.outcome == "interrupted" and not result.exit_code:
         end = "driven there and back until Ctrl-C"
     kind = "simulated, " if summary["simulated"] else ""
-    machine = f"{summary['machine']}\n" if summary["machine"] else ""
-    machine += f"{summary['drive']['in_words']}\n" if "drive" in summary else ""
-    return (
-        f"{machine}{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "
-        f"{summary['impacts_foreseen']} of them foreseen, {summary['impacts_deliberate']} deliberate)\n"
-        f"{result.folder}\nto repeat it: {summary['repeat']}"
+    drove = (
+        f"{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "
+        f"{summary['impacts_foreseen']} of them foreseen, {summary['impacts_deliberate']} deliberate)"
     )
+    drive = summary.get("drive", {}).get("in_words", "")
+    lines = summary["machine"], drive, drove, str(result.folder), f"to repeat it: {summary['repeat']}"
+    return "\n".join(filter(None, lines))
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -202,9 +166,9 @@ def main(args: Sequence[str] | None = None) -> int:
     options = parse(args)
     try:
         result = run(options)
-    except StartError as error:
+    except ending.StartError as error:
         print(f"bringup: {error}", file=sys.stderr)
-        return NOT_STARTED
+        return ending.NOT_STARTED
     except KeyboardInterrupt:  # a second Ctrl-C, while the pictures are drawn
         return 130
     Progress().say(_conclusion(result))

@@ -1,36 +1,36 @@
-"""Checks of a run before any node starts."""
+"""What is chosen, checked before any node starts: robot, parameters, world, goal, programs, and the LIDAR's place."""
 
+import math
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan
 
+from collplan_core.calibration.frame_chain import LidarMount, Link, mount_in
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import follows_clock, read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
-from collplan_ros.bringup.failures import StartError
-from collplan_ros.bringup.network import graph_environment
-from collplan_ros.bringup.options import (
-    FIRST_SPEED,
-    LIDAR,
-    NODES,
-    SIM,
-    SPEED_FACTOR,
-    VIEWER,
-    Options,
-    RobotKind,
-    robot_kind,
-)
+from collplan_ros.bringup.ending import StartError
+from collplan_ros.bringup.options import FIRST_SPEED, LIDAR, NODES, SIM, SPEED_FACTOR, VIEWER, Options, RobotKind
 from collplan_ros.bringup.progress import in_words
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.messages.qos import LATCHED_TRANSFORMS, SENSOR_DATA
 from collplan_ros.node_kit.node_names import full_name
-from collplan_ros.node_kit.reachability import why_no_graph
+from collplan_ros.node_kit.reachability import environment_set, graph_environment, why_no_graph
+from collplan_ros.nodes.odometry_body import take_links
 from collplan_ros.view.server import listening_socket
 
 REMAPPED = ["-r", "/clock:=clock"]
@@ -43,37 +43,40 @@ SERIAL_ENDS = {"firmware_emulator": "emulator.link", "driver_node": "driver.port
 
 @dataclass(frozen=True, eq=False)
 class Preparation:
-    """A run that can be started.
+    """A run that can be started."""
 
-    Attributes:
-        robot: kind of the robot.
-        network: discovery range, local or subnet.
-        settings: parameters of all nodes.
-        world: the world, as far as known.
-        goal: (2,) [m].
-        programs: path of each node's executable, by node name.
-        namespace: namespace of all nodes, with its leading slash.
-        asked: command-line options that no parameter file holds, without the goal.
-        speed: top speed of a robot that is not simulated, and its source, in words; empty for others.
-        in_one_process: whether the robot and its nodes run in bringup's process, where simulated time waits for them.
-        in_real_time: whether simulated time is at most as fast as real time there.
-        lidar_unsaid: whether the LIDAR is a real one whose place on the robot no parameter gives.
-        follows_clock: whether time is that of another simulator, on /clock.
-    """
+    options: Options
+    settings: Settings  # of all nodes
+    world: World  # as far as known
+    goal: np.ndarray  # (2,) [m]
+    programs: dict[str, str]  # path of each node's executable, by node name
+    speed: str = ""  # top speed of a robot that is not simulated, and its source, in words; empty for others
+    lidar: str = (
+        ""  # where a real LIDAR is on the robot, and how that is known, in words; empty where parameters say it
+    )
+    lidar_unsaid: bool = False  # whether the LIDAR is a real one whose place on the robot no parameter gives
+    follows_clock: bool = False  # whether time is that of another simulator, on /clock
 
-    robot: RobotKind
-    network: str
-    settings: Settings
-    world: World
-    goal: np.ndarray
-    programs: dict[str, str]
-    asked: Sequence[str] = ()
-    namespace: str = "/"
-    speed: str = ""
-    in_one_process: bool = False
-    in_real_time: bool = True
-    lidar_unsaid: bool = False
-    follows_clock: bool = False
+    @property
+    def robot(self) -> RobotKind:
+        """Kind of the robot."""
+        return self.options.kind
+
+    @property
+    def namespace(self) -> str:
+        """Namespace of all nodes, with its leading slash."""
+        return self.options.graph
+
+    @property
+    def network(self) -> str:
+        """Discovery range, local or subnet."""
+        return self.options.network or "local"
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Environment variables by which its nodes meet."""
+        alone = self.robot.simulated and self.network == "local"
+        return graph_environment(self.network, os.environ, alone)
 
     @property
     def ends(self) -> list[np.ndarray]:
@@ -95,70 +98,52 @@ class Preparation:
     def remapped(self) -> list[str]:
         """Arguments by which a node finds the topics that are not in the graph's namespace."""
         outside = self.robot.outside if self.namespace == self.robot.namespace else ()
-        return [
-            *REMAPPED * (not self.follows_clock),
-            *(word for topic in outside for word in ("-r", f"{topic}:=/{topic}")),
-        ]
+        words = [] if self.follows_clock else REMAPPED
+        return [*words, *(word for topic in outside for word in ("-r", f"{topic}:=/{topic}"))]
 
     def full_name(self, node: str) -> str:
         """Full name of a node of this graph."""
         return full_name(self.namespace, node)
 
-    def command(self, name: str, folder: RunFolder) -> list[str]:
-        """The command line of a node, whose parameters are in a run folder."""
-        return [self.programs[name], *self.arguments(name, folder)]
-
     def arguments(self, name: str, folder: RunFolder) -> list[str]:
         """The arguments of a node, whose parameters are in a run folder."""
         ours = ["--params-file", str(folder.parameters), "-r", f"__ns:={self.namespace}", *self.remapped]
-        link = self.robot.emulated and name in SERIAL_ENDS
+        link = name in SERIAL_ENDS and SERIAL_ENDS.keys() <= set(self.robot.nodes)
         serial = ["-p", f"{SERIAL_ENDS[name]}:={folder.serial}"] if link else []
         return ["--ros-args", *ours, *self.simulated_time, *serial]
 
 
 def prepare(options: Options) -> Preparation:
-    """Checks the options of a run and resolves robot, parameters, world, goal and executables.
-
-    Raises:
-        StartError: nodes cannot meet here, an unknown robot, world, strategy or parameter, a value that does not fit,
-            a goal that cannot be reached, a program that is not installed, or something that a robot which is not
-            simulated needs.
-    """
-    robot = robot_kind(options.robot)
-    network = options.network or robot.network or "local"
-    environment = {**os.environ, **graph_environment(network, os.environ, robot.simulated and network == "local")}
-    if why := why_no_graph(environment, network == "local"):
-        raise StartError(why)
-    asked, chosen = options.asked(robot.simulated), options.values()
+    """Resolves parameters, world, goal and programs of a run; StartError where it cannot be driven as asked for."""
+    robot, chosen = options.kind, options.values()
     try:
         given = read_parameters(options.params, options.graph) if options.params else {}
         follows = options.params is not None and follows_clock(options.params, options.graph)
-        _refuse_unsaid(options, robot)
-        settings, speed = _slow(_settings(options, robot, given, chosen), options, robot, given)
+        _refuse_unsaid(options)
+        settings, speed = _slow(_settings(options, given, chosen), options, given)
         world = load_world(settings.simulator.world)
-        goal = _checked_goal(options, world, settings, robot)
+        goal = _checked_goal(options, world, settings)
         nodes = [name for name in NODES if name != LIDAR or options.scan == SIM]
         found = {name: find_executable(name) for name in (*robot.nodes, *nodes, *[VIEWER] * options.view)}
         if options.view:
             listening_socket(settings.view.port).close()
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
-    steps = _steps(options, robot), options.real_time or options.view
-    unsaid = LIDAR not in found and not MOUNT & {*given, *chosen}
     if follows and robot.simulated and not settings.simulator.publishes_clock:
         raise StartError(
             f"use_sim_time: got true in {options.params}, expected false: this simulator runs in real time"
         )
-    about = asked, options.graph, speed, *steps, unsaid, follows and not robot.simulated
-    return Preparation(robot, network, settings, world, goal, found, *about)
+    unsaid = LIDAR not in found and not MOUNT & {*given, *chosen}
+    prepared = Preparation(
+        options, settings, world, goal, found, speed, lidar_unsaid=unsaid, follows_clock=follows and not robot.simulated
+    )
+    if why := why_no_graph({**os.environ, **prepared.environment}, prepared.network == "local"):
+        raise StartError(why)
+    return prepared
 
 
 def find_executable(name: str) -> str:
-    """Path of a node's executable: beside this Python, in the sourced ROS workspaces, or on the PATH.
-
-    Raises:
-        StartError: it is in none of these.
-    """
+    """Path of a node's executable, or StartError: beside this Python, in the sourced ROS workspaces, or on the PATH."""
     folders = [Path(sys.executable).parent]
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
         folders += sorted(Path(prefix, "lib").glob("*/"))
@@ -169,15 +154,14 @@ def find_executable(name: str) -> str:
     return found
 
 
-def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
+def _refuse_unsaid(options: Options) -> None:
     """Requires world, goal and network on the command line for a robot that is not simulated."""
-    if robot.simulated:
+    if options.kind.simulated:
         return
     if options.again:
         raise StartError(f"--again: got --robot {options.robot}, expected a simulated one: it starts again by itself")
-    needed: dict[str, object] = {"--world": options.world, "--goal": options.goal, "--network": options.network}
-    if options.scan != SIM:
-        del needed["--world"]
+    world = {"--world": options.world} if options.scan == SIM else {}
+    needed: dict[str, object] = {**world, "--goal": options.goal, "--network": options.network}
     missing = [option for option, value in needed.items() if value is None]
     if missing:
         raise StartError(
@@ -186,12 +170,14 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
         )
 
 
-def _settings(
-    options: Options, robot: RobotKind, given: Mapping[str, object], chosen: Mapping[str, object]
-) -> Settings:
+def _settings(options: Options, given: Mapping[str, object], chosen: Mapping[str, object]) -> Settings:
+    robot = options.kind
     # a base of others' making rolls on past a goal that it is only to pass
     values = {"planner.stop_at_goal": robot.stops_at_goal, **given, **robot.values, **chosen}
-    values[SPEED_FACTOR] = _speed_factor(values.get(SPEED_FACTOR, 1.0), _steps(options, robot))
+    factor = values.get(SPEED_FACTOR, 1.0)
+    if options.in_one_process and factor not in (0.0, 1.0):
+        raise ParameterError(f"{SPEED_FACTOR}: got {factor}, expected 1, or --processes: in one process time waits")
+    values[SPEED_FACTOR] = 0.0 if options.in_one_process else factor or 1.0  # the 0 of a file is of one process, too
     if not robot.simulated and options.world is None:
         # a world of the parameter file was another run's
         values |= {"lidar.world": UNKNOWN, "simulator.world": UNKNOWN}
@@ -207,26 +193,12 @@ def _settings(
     return settings
 
 
-def _steps(options: Options, robot: RobotKind) -> bool:
-    """Returns whether the nodes run in bringup's process."""
-    return robot.in_one_process and not options.processes
-
-
-def _speed_factor(given: object, steps: bool) -> object:
-    """Returns simulator.speed_factor: 0 in one process; else that of the file, whose 0 is of a run in one process."""
-    if not steps:
-        return given or 1.0
-    if given not in (0.0, 1.0):
-        raise ParameterError(f"{SPEED_FACTOR}: got {given}, expected 1, or --processes: in one process time waits")
-    return 0.0
-
-
-def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping[str, object]) -> tuple[Settings, str]:
+def _slow(settings: Settings, options: Options, given: Mapping[str, object]) -> tuple[Settings, str]:
     """Limits a robot that is not simulated to FIRST_SPEED, unless the command line sets a speed.
 
     A parameter file does not count: those that bringup writes hold every parameter, also of simulated runs.
     """
-    if robot.simulated:
+    if options.kind.simulated:
         return settings, ""
     said = settings.robot.max_speed
     if options.max_speed is not None:
@@ -241,13 +213,72 @@ def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping
     return slowed, f"drives at {slowed.robot.fastest:g} m/s at most: {source}"
 
 
-def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:
+def _checked_goal(options: Options, world: World, settings: Settings) -> np.ndarray:
     goal = world.goal if options.goal is None else np.array(options.goal, dtype=float)
     if goal is None:
         raise WorldError(f"world {world.called}: goal: missing, expected goal: [x, y] in its file or --goal X Y")
-    if world.start is None:
-        if not robot.simulated:  # its true start is measured, not given by the world
-            return goal
+    if world.start is not None:
+        check_route(world, world.start, goal, settings.robot.radius, settings.planner.goal_tolerance)
+    elif options.kind.simulated:  # the start of any other is measured, not given by the world
         raise WorldError(f"world {world.called}: has no start, expected one [x, y] [m] in it")
-    check_route(world, world.start, goal, settings.robot.radius, settings.planner.goal_tolerance)
     return goal
+
+
+PATIENCE, LOOK_PERIOD = 3.0, 0.05
+"""Longest wait for scans and transforms, and period at which what came is looked at [s]."""
+
+
+def with_lidar_place(preparation: Preparation) -> Preparation:
+    """The preparation with the LIDAR where /tf_static says, unless parameters say it; StartError for a tilted one."""
+    if not preparation.lidar_unsaid:
+        return preparation
+    base = preparation.settings.frames.base
+    try:
+        frame, mount = _listened(preparation)
+    except ValueError as error:
+        raise StartError(f"/tf_static: {error}") from None
+    if mount is None:
+        said = (
+            f"LIDAR: taken to be at the robot's centre, facing forward. /tf_static has no transform from {base} to "
+            f"{frame or 'the frame of the scans, none of which came'}: scan.offset_x, _y and _yaw can say it"
+        )
+        return replace(preparation, lidar=said)
+    found = {f"scan.offset_{key}": getattr(mount, key) for key in ("x", "y", "yaw")}
+    values = {**found, "scan.mirrored": mount.mirrored, "scan.frame": "" if frame == base else frame}
+    place = f"{mount.x:.3f} m forward, {mount.y:.3f} m left, turned by {math.degrees(mount.yaw):.1f} degrees"
+    said = f"LIDAR: {frame} is {place}{', upside down' * mount.mirrored}: /tf_static"
+    return replace(preparation, settings=preparation.settings.with_values(values), lidar=said)
+
+
+def _listened(preparation: Preparation) -> tuple[str, LidarMount | None]:
+    """Frame of the scans, "" where none came, and its place, None where /tf_static does not join it to the robot."""
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError:
+        return preparation.settings.scan.frame, None
+    links: dict[str, Link] = {}
+    frames, base = [preparation.settings.scan.frame], preparation.settings.frames.base
+
+    def take_scan(message: LaserScan) -> None:
+        frames[0] = frames[0] or str(message.header.frame_id)
+
+    with ExitStack() as stack:
+        stack.enter_context(environment_set(preparation.environment))
+        context = Context()
+        stack.callback(context.try_shutdown)
+        arguments = ["--ros-args", *preparation.remapped]
+        try:
+            context.init(args=[])
+            node = Node("lidar_place", context=context, namespace=preparation.namespace, cli_args=arguments)
+        except RuntimeError:  # ROS does not start: bringup's own node says why
+            return frames[0], None
+        stack.callback(node.destroy_node)
+        node.create_subscription(TFMessage, "/tf_static", partial(take_links, links), LATCHED_TRANSFORMS)
+        node.create_subscription(LaserScan, "scan", take_scan, SENSOR_DATA)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        stack.callback(executor.shutdown)
+        end = time.monotonic() + PATIENCE
+        while (mount := mount_in(links, base, frames[0])) is None and time.monotonic() < end:
+            executor.spin_once(LOOK_PERIOD)
+    return frames[0], mount

@@ -1,4 +1,4 @@
-"""Processes of nodes, started such that they cannot outlive bringup, and stopped in order; and the nodes' output."""
+"""Started in several processes: nodes that cannot outlive bringup, and are stopped in order; and the nodes' output."""
 
 import os
 import signal
@@ -11,12 +11,10 @@ from pathlib import Path
 
 from rcl_interfaces.msg import Log
 
-from collplan_ros.bringup import die_with_parent
-from collplan_ros.bringup.failures import NodeDied, NodeRefused
+from collplan_ros.bringup.ending import NodeDied, NodeRefused
 from collplan_ros.node_kit.run_node import STARTUP_ERROR
 
-SHOWN = 10
-"""Lines of a node's output that are printed when it has ended."""
+SHOWN = 10  # lines of a node's output that are printed when it has ended
 WARN, ERROR = 30, 40
 LEVELS = {10: "DEBUG", 20: "INFO", WARN: "WARN", ERROR: "ERROR", 50: "FATAL"}
 
@@ -49,11 +47,22 @@ class NodeLogs:
         return f"last lines of {name}:\n" + "\n".join(f"  {line}" for line in lines or ["(none)"])
 
 
-STOP_PATIENCE = 5.0
-"""Time after SIGTERM at which a node that still runs is killed [s]."""
-POLL_PERIOD = 0.01
+STOP_PATIENCE = 5.0  # time after SIGTERM at which a node that still runs is killed [s]
+DIES_WITH = """
+import ctypes, os, signal, sys
+_, parent, *command = sys.argv
+# SIGKILL, because a node that hangs would ignore SIGTERM; the setting survives exec
+ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+if os.getppid() != int(parent):  # the parent died before prctl took effect
+    sys.exit(1)
+os.execv(command[0], command)
+"""
+"""PARENT PROGRAM ARGUMENT ...: becomes a program that the kernel kills when the thread that started this one ends.
+
+A program of its own, because nothing may run between fork and exec in a process that has threads.
+"""
 # alone and without site-packages: what those do at a start would be done twice
-_DIES_WITH = (sys.executable, "-I", "-S", die_with_parent.__file__)
+ALONE = (sys.executable, "-I", "-S", "-c")
 
 
 class Processes:
@@ -72,7 +81,7 @@ class Processes:
         """Starts the process of a node, in the place of one that has ended."""
         with self._logs.path(name).open("ab") as output:
             self._started[name] = subprocess.Popen(
-                [*_DIES_WITH, str(os.getpid()), *command],
+                [*ALONE, DIES_WITH, str(os.getpid()), *command],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -90,14 +99,9 @@ class Processes:
         return self._started[name].poll() is None
 
     def check(self, say: Callable[[str], None], dispensable: Mapping[str, str]) -> None:
-        """Checks that all still run, and prints the last lines of one that does not.
+        """Says the last lines of a node that has ended, and raises NodeDied, or NodeRefused where it was at its start.
 
-        Args:
-            say: prints a message.
-            dispensable: part that a run goes on without where a node has ended, by node.
-
-        Raises:
-            NodeDied: another one has ended, NodeRefused if at its start.
+        `dispensable` is the part that a run goes on without where a node has ended, by node.
         """
         for name, process in list(self._started.items()):
             code = process.poll()
@@ -116,15 +120,12 @@ class Processes:
         for process in asked:
             process.terminate()
         deadline = time.monotonic() + STOP_PATIENCE
-        while any(process.poll() is None for process in asked) and time.monotonic() < deadline:
-            time.sleep(POLL_PERIOD)
+        for process in asked:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(max(deadline - time.monotonic(), 0.0))
 
     def stop_all(self, last: Collection[str] = ()) -> list[str]:
-        """Stops the nodes at once, but those called `last` after the others.
-
-        Returns:
-            The names of those that had to be killed.
-        """
+        """Stops the nodes at once, but those called `last` after the others; returns those that had to be killed."""
         self.stop(self._started.keys() - set(last))
         self.stop(self._started)
         stubborn = [name for name in self._started if self.runs(name)]

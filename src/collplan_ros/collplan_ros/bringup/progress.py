@@ -16,15 +16,11 @@ def in_words(names: Sequence[str]) -> str:
 
 TERMINAL_PERIOD = 0.1
 PLAIN_PERIOD = 1.0
-ERASE_REST = "\x1b[K"
-"""Takes a terminal's line before, where it was longer, away."""
+ERASE_REST = "\x1b[K"  # takes a terminal's line before, where it was longer, away
 
 
 class Progress:
-    """Prints progress: one line rewritten in place on a terminal, else a plain line a second.
-
-    Output that nobody reads any more is dropped.
-    """
+    """Prints progress: one line rewritten in place on a terminal, else a plain line a second, if anybody reads it."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         """Writes to `stream`, by default to standard output."""
@@ -35,15 +31,7 @@ class Progress:
         self._open = False
 
     def show(self, elapsed: float, distance: float, maneuver: str, impacts: int, pace: str = "") -> None:
-        """Prints the state of a run.
-
-        Args:
-            elapsed: time since the first non-zero command [s].
-            distance: distance to the goal [m].
-            maneuver: the controller's present maneuver.
-            impacts: number of impacts so far.
-            pace: speed of simulated time, in words; empty where it runs as usual.
-        """
+        """Prints time since the first non-zero command [s], distance to the goal [m], maneuver, impacts and pace."""
         if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
             return
         self._last = time.monotonic()
@@ -55,9 +43,10 @@ class Progress:
         self._open = self._live
 
     def say(self, text: str) -> None:
-        """Prints a line that later progress does not overwrite."""
-        self._write(("\n" if self._open else "") + text + "\n")
-        self._open = False
+        """Prints a line that later progress does not overwrite; nothing of an empty text."""
+        if text:
+            self._write(("\n" if self._open else "") + text + "\n")
+            self._open = False
 
     def _write(self, text: str) -> None:
         if self._stream is None:

@@ -3,63 +3,53 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.ending import StartError
 from collplan_ros.run.description import PARAMETERS
 from collplan_ros.run.whole_file import FolderLock
 from collplan_ros.run.writer import RECORDING
 
 
 class RunFolder:
-    """The folder `parent/<time>/` of one run; locked until `close()`, so that nobody makes its results.
-
-    Attributes:
-        path: the folder.
-        logs: folder of the nodes' output.
-        parameters: ROS parameter file of all parameters used.
-        recording: every topic of the run as it was sent, written while it goes on.
-        serial: link to the pseudo-terminal of an emulated firmware while it runs.
-
-    Raises:
-        StartError: on construction, when it cannot be written.
-    """
+    """The folder `parent/<time>/` of one run; locked until `close()`, so that nobody makes its results."""
 
     def __init__(self, parent: Path, settings: Settings) -> None:
-        """Makes the folder, and writes the parameters of a run into it."""
+        """Makes the folder, and writes the parameters of a run into it; StartError where it cannot."""
         if not _is_utf8(parent.absolute()):
             raise StartError(
                 f"run folder {parent}: cannot be told to ROS, which reads paths as UTF-8: set LC_ALL=C.UTF-8"
             )
         if parent.is_file():
             raise StartError(f"run folder {parent}: is a file, expected a folder")
-        with _writing(parent):
+        try:
             self.path = _new_folder(parent)
             self.logs = self.path / "log"
+            """Folder of the nodes' output."""
             self.logs.mkdir()
             self.parameters, self.recording = self.path / PARAMETERS, self.path / RECORDING
-            self.serial = self.path / "serial"
             write_parameters(settings, self.parameters)
+        except OSError as error:
+            raise StartError(f"run folder {parent}: cannot be written: {error.strerror or error}") from None
+        self.serial = self.path / "serial"
+        """Link to the pseudo-terminal of an emulated firmware while it runs."""
         try:
             self.serial.symlink_to(self.path)
             self.serial.unlink()
         except OSError:  # of a file system without links
             self.serial = Path(tempfile.mkdtemp(prefix="collplan-")) / "serial"
-        self._lock: FolderLock | None = None
+        self.close: Callable[[], None] = lambda: None
+        """Unlocks it, once its files are written or have failed to be."""
         # where a file system knows no locks, nobody can lock it to complete it either
         with suppress(OSError):
             self._lock = FolderLock(self.path)
-
-    def close(self) -> None:
-        """Unlocks it, once its files are written or have failed to be."""
-        if self._lock is not None:
-            self._lock.close()
+            self.close = self._lock.close
 
     def become_latest(self) -> str:
         """Makes the link `latest`, beside the folder, point to it; returns why it cannot be made, or ""."""
@@ -85,14 +75,6 @@ def _is_utf8(path: Path) -> bool:
         return str(path).encode() == os.fsencode(path)
     except UnicodeEncodeError:
         return False
-
-
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise StartError(f"run folder {path}: cannot be written: {error.strerror or error}") from None
 
 
 def _new_folder(parent: Path) -> Path:

@@ -1,15 +1,51 @@
-"""Checks that nodes can start and meet on this machine."""
+"""The environment variables by which nodes start and meet: set for a graph of an extent, and checked."""
 
+import os
 import socket
-from collections.abc import Mapping
-from contextlib import closing
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from importlib.resources import files
 from pathlib import Path
 
+RANGES = {"local": "LOCALHOST", "subnet": "SUBNET"}
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
+OWN_PROFILES = {network: str(files("collplan_ros") / "config" / f"fastdds_{network}.xml") for network in RANGES}
 SERVER = "ROS_DISCOVERY_SERVER"
 LAST_DOMAIN = 232
 """The largest domain whose ports exist."""
 SERVER_PORT, ANSWER_TIME = 11811, 0.2
 """Port of a discovery server where none is given, and time in which a machine refuses another [s]."""
+
+
+def graph_environment(network: str, environment: Mapping[str, str], alone: bool = False) -> dict[str, str]:
+    """Environment variables of a graph that is `local` or `subnet`; one that is `alone` needs no discovery server.
+
+    Fast DDS is given a profile that names its interfaces, and the discovery range leaves that to the profile:
+    by itself it would add shared memory. A profile set by the user is kept; then, and with another middleware, the
+    discovery range says it.
+    """
+    served = {SERVER: ""} if alone and environment.get(SERVER) else {}
+    middleware = environment.get("RMW_IMPLEMENTATION") or "rmw_fastrtps_cpp"
+    is_users = (environment.get(PROFILE) or OWN_PROFILES[network]) not in OWN_PROFILES.values()
+    if is_users or not middleware.startswith("rmw_fastrtps"):
+        return {RANGE: RANGES[network], **served}
+    return {RANGE: "SYSTEM_DEFAULT", PROFILE: OWN_PROFILES[network], **served}
+
+
+@contextmanager
+def environment_set(values: Mapping[str, str]) -> Iterator[None]:
+    """Sets environment variables of this process and its children, and restores the old values on leaving."""
+    before = {key: os.environ.get(key) for key in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for key, value in before.items():
+            if value is None:
+                os.environ.pop(key, None)
+            else:
+                os.environ[key] = value
 
 
 def why_no_graph(environment: Mapping[str, str], local: bool) -> str:

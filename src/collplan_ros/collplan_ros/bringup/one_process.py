@@ -1,4 +1,4 @@
-"""The nodes of a simulated robot in this process: simulated time passes pose by pose, and waits until they are done.
+"""Started in one process: the nodes of a simulated robot, for which simulated time waits, pose by pose.
 
 Within a process DDS delivers in `publish`, so nothing is under way once no node has anything left to do. Equal seeds
 then give equal runs, however busy the machine is.
@@ -19,7 +19,7 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from collplan_ros.bringup.failures import GRAPH_LOST, NodeDied
+from collplan_ros.bringup.ending import GRAPH_LOST, NodeDied
 from collplan_ros.bringup.options import SIMULATOR
 from collplan_ros.node_kit.events_executor import events_executor, run_all_due
 
@@ -27,8 +27,7 @@ HANG_LOOKS = 10
 """Looks after which a callback counts as one that does not return; the longest plan takes some tenths of a second."""
 LOOK_PERIOD = 1.0
 """Between two looks [s]. Looks are counted, not seconds: after a stop of the whole process there is one."""
-SIGNAL = signal.SIGUSR1
-"""Interrupts the main thread."""
+SIGNAL = signal.SIGUSR1  # interrupts the main thread
 
 
 class Hangs(BaseException):
@@ -39,17 +38,12 @@ class HangWatch:
     """Watches the callbacks of the main thread. In another thread it does nothing, as signals do not reach that."""
 
     def __init__(self) -> None:
-        self._turn, self._name = 0, ""
-        self._overdue = -1
+        self.name, self._turn, self._overdue = "", 0, -1
         self._ended = threading.Event()
 
     def begin(self, name: str) -> None:
-        """Notes that a callback of this node begins."""
-        self._turn, self._name = self._turn + 1, name
-
-    def end(self) -> None:
-        """Notes that it has returned."""
-        self._name = ""
+        """Notes that a callback of this node begins; `name` is "" again once it has returned."""
+        self._turn, self.name = self._turn + 1, name
 
     @contextmanager
     def watching(self) -> Iterator[None]:
@@ -74,16 +68,16 @@ class HangWatch:
         seen, looks = -1, 0
         while not self._ended.wait(LOOK_PERIOD):
             turn = self._turn
-            seen, looks = turn, looks + 1 if self._name and turn == seen else 0
+            seen, looks = turn, looks + 1 if self.name and turn == seen else 0
             if looks == HANG_LOOKS:
                 self._overdue = turn
                 signal.pthread_kill(threading.main_thread().ident or 0, SIGNAL)
             elif looks == 2 * HANG_LOOKS:
-                print(f"bringup: {self._name} hangs: its process ends", file=sys.stderr, flush=True)
+                print(f"bringup: {self.name} hangs: its process ends", file=sys.stderr, flush=True)
                 os._exit(GRAPH_LOST)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
-        if self._name and self._turn == self._overdue:
+        if self.name and self._turn == self._overdue:
             raise Hangs
 
 
@@ -97,60 +91,39 @@ CLASSES = {
 """Where the class of each node is; names, so that this package does not depend on the simulator's."""
 STANDING_PERIOD = 0.002
 """Pause between two looks at the nodes while time stands still [s]: other processes may be discovered meanwhile."""
-CATCH_UP = 0.25
-"""Time behind real time that is made up for [s]; more is given up."""
+CATCH_UP = 0.25  # time behind real time that is made up for [s]; more is given up
+Died = Callable[[str, BaseException], NodeDied]
+"""Makes the error for a node, by its name, that has raised."""
 
 
 class SteppedNodes:
-    """Nodes in this process, each with an executor of its own, run one after the other in the calling thread.
+    """Nodes in this process, each with an executor of its own, run one after the other in the calling thread."""
 
-    Attributes:
-        time_runs: whether simulated time passes in each step; may be ended.
-    """
-
-    def __init__(
-        self,
-        own: Node,
-        own_executor: Executor,
-        watch: HangWatch,
-        died: Callable[[str, BaseException], NodeDied],
-        in_real_time: bool,
-    ) -> None:
-        """Makes no node yet.
-
-        Args:
-            own: bringup's node, which is run in turn with the others.
-            own_executor: its executor.
-            watch: is told of each turn.
-            died: makes the error for a node that has raised.
-            in_real_time: whether simulated time is at most as fast as real time.
-        """
+    def __init__(self, own: Node, own_executor: Executor, died: Died, in_real_time: bool) -> None:
+        """Makes no node yet; bringup's `own` is run in turn with the others. Real time may bound simulated time."""
         self.time_runs = False
+        """Whether simulated time passes in each step; ends with the simulator."""
         self._context = own.context
         self._nodes: dict[str, Any] = {own.get_name(): own}
         self._executors = {own.get_name(): own_executor}
         self._died = died
-        self._watch = watch
+        self._watch = HangWatch()
+        self.watching = self._watch.watching
         self._in_real_time = in_real_time
         self._due = self._time = 0.0
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
-        """Makes a node with its command-line arguments.
-
-        Raises:
-            NodeDied: it cannot be made.
-        """
-        died = None
+        """Makes a node with its command-line arguments, or raises NodeDied."""
         try:
             node = resolve_name(CLASSES[name])(context=self._context, cli_args=list(arguments))
         except Exception as error:
             died = self._died(name, error)
-        if died is not None:
-            gc.collect()  # what was made of it would stay in the domain
-            raise died
-        executor = events_executor(self._context)
-        executor.add_node(node)
-        self._nodes[name], self._executors[name] = node, executor
+        else:
+            self._nodes[name], self._executors[name] = node, events_executor(self._context)
+            self._executors[name].add_node(node)
+            return
+        gc.collect()  # what was made of it would stay in the domain
+        raise died
 
     def let_time_run(self) -> None:
         """Lets simulated time pass in each step from now on; until then it stands still."""
@@ -163,21 +136,12 @@ class SteppedNodes:
     def step(self) -> None:
         """Lets simulated time pass until a pose is there, and runs the nodes until none has anything left to do.
 
-        Raises:
-            NodeDied: a node has raised, or does not return.
+        NodeDied: one has raised, or does not return.
         """
         if not self.time_runs:
             time.sleep(STANDING_PERIOD)
         else:
             self._grant()
-        self.settle()
-
-    def settle(self) -> None:
-        """Runs the nodes until none has anything left to do.
-
-        Raises:
-            NodeDied: a node has raised, or does not return.
-        """
         while sum(map(self._has_run, tuple(self._executors))):
             pass
 
@@ -195,11 +159,7 @@ class SteppedNodes:
             ahead = self._due - time.monotonic()
             time.sleep(max(ahead, 0.0))
             self._due += max(-ahead - CATCH_UP, 0.0)
-
-        def grant() -> None:
-            self._time = self._nodes[SIMULATOR].grant()
-
-        self._run(SIMULATOR, grant)
+        self._time = self._run(SIMULATOR, self._nodes[SIMULATOR].grant)
         self._due += self._time - before
 
     def _has_run(self, name: str) -> bool:
@@ -214,7 +174,7 @@ class SteppedNodes:
         except (Hangs, Exception) as error:
             died = self._died(name, error)
         finally:
-            self._watch.end()
+            self._watch.name = ""
         self._drop(name)
         raise died
 
