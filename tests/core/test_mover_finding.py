@@ -36,7 +36,7 @@ ROOM = parse_world(
 HALL = parse_world({"name": "hall", "bounds": [-10.0, -10.0, 13.0, 13.0]}, "hall")
 WALK = np.array([0.4, 1.6])
 """Where a mover begins to walk along x."""
-STOP = WALK + np.array([0.5, 0.0])
+STOP = WALK + np.array([0.7, 0.0])
 
 
 def drive(n: int, velocity=(0.0, 0.0), begin=(0.5, 0.4), yaw_rate: float = 0.0) -> list[State]:
@@ -117,7 +117,7 @@ def test_what_stops_stays_a_mover_and_what_is_seen_through_is_gone():
 @pytest.mark.parametrize("leaves", [np.inf, 3.0])
 def test_who_walked_in_is_no_wall_even_if_hidden_until_its_place_is_seen_free(leaves):
     def mover(t):
-        return None if t > leaves else walks(0.5)(min(t, 1.3))
+        return None if t > leaves else walks(0.7)(min(t, 1.3))
 
     states = drive(110)
     scans = scans_of(states, mover=mover)
