@@ -9,9 +9,10 @@ import pytest
 from shifted_starts import each_shift, shifted
 from watched_trials import FalsePoses, Turned, Watched, watched_trial
 
-from collplan_core.control.motion_monitor import LATE, REVERSED
-from collplan_core.loop.controller_loop import WHY_KIDNAPPED
-from collplan_core.worlds import parse_world
+from collplan_core.control.brush import RESTS
+from collplan_core.control.motion_monitor import LATE, REVERSED, MotionVerdict
+from collplan_core.loop.controller_loop import BRUSHED, WHY_KIDNAPPED
+from collplan_core.worlds import Mover, parse_world
 from omnipuck_sim.robot.noise import faulty
 
 HALL = parse_world({"name": "hall", "bounds": [-1, -1, 6, 1], "start": [0.0, 0.0], "goal": [5.0, 0.0]}, "hall")
@@ -70,3 +71,29 @@ def test_under_false_poses_it_stands_within_0_15_s_and_for_as_long_as_they_last(
     assert len(later) > 15
     assert not any(later)
     assert why in watched.said[-1].reason
+
+
+class Struck(Watched):
+    """It stands until a mover strikes it, and then seems not to obey."""
+
+    def planner(self) -> None:
+        if self.record.touches:
+            super().planner()
+
+    def controller(self) -> None:
+        motion, touches = self.loop.controller.motion, self.record.touches
+        judge = motion.judge
+        if touches and self.simulator.time < touches[0].time + 0.1:
+            motion.judge = lambda *given: setattr(motion, "verdict", MotionVerdict(REVERSED, reason="turned"))
+        super().controller()
+        motion.judge = judge
+
+
+def test_a_robot_that_a_mover_strikes_softly_stands_and_goes_on_slowly():
+    walk = Mover(0.12, np.array([[0.0, 0.45], [0.0, 0.19]]), 0.15, to_and_fro=False)
+    watched = run(Struck, replace(HALL, movers=(walk,)), timeout=4.5)
+    begun, said = watched.result.touches[0].time, [row for row in watched.said if BRUSHED in row.reason]
+    assert not any(row.held for row in watched.said)
+    assert not any(row.speed for row in watched.said if begun < row.time < begun + RESTS)
+    assert any(row.speed for row in said)
+    assert max(row.speed for row in said) <= 0.3 + 1e-9

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collplan_core.command import Command, stopped
+from collplan_core.control.brush import Brush
 from collplan_core.control.follow import ControllerMemory, clip_command, follow, saturate
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.manual_override import TAKEN, ManualCommand, overrides, overriding_command, why_no_override
@@ -41,6 +42,8 @@ LONGEST_RESUMED = 3.0
 """The same time after a person let the robot go on [s]: inputs must be there then, and a plan soon."""
 NOT_VOUCHED = "nothing vouches for its scans: no wall is near, limits.unvouched_speed"
 """Reason for a speed that is limited, or would be."""
+BRUSHED = "brushed: it stands, or goes on slowly at limits.blind_speed"
+"""Reason for standing, or a speed that is limited, after a contact that moved the robot a little."""
 WHY_KIDNAPPED = "the robot was carried or turned, or another body is taken for it"
 """Reason for a hold after poses have jumped and agree with one another elsewhere, or after an unexplained turn."""
 
@@ -205,6 +208,7 @@ class ControllerLoop:
         if self.held or not self.goal_active or self.motion.verdict.kind in STOPPING:
             self.motion.forget()
         self._interlock = self._interlock.resumed()
+        self.motion.brush = Brush()
         # a person at rest may have let go, which their silence will show; one who goes on commanding keeps the robot
         if self._hand is not None and self._hand.is_rest:
             self._released_command = self._hand
@@ -309,11 +313,15 @@ class ControllerLoop:
         return self._vouched(replace(command, velocity=clipped[0], yaw_rate=clipped[1])), replace(state, stamp=now)
 
     def _vouched(self, command: Command) -> Command:
-        """The command, at most limits.unvouched_speed where no wall is near that would tell a scan which lies."""
-        if self._inputs.sensed.vouched or not command.velocity.any():
+        """The command, slower where the robot was brushed, or no wall is near that would tell a scan which lies."""
+        limits, state = self._settings.limits, self._inputs.state
+        bounds = [] if self._inputs.sensed.vouched else [(limits.unvouched_speed, NOT_VOUCHED)]
+        if state is not None and self.motion.brush.is_fresh(*state.position.tolist()):
+            bounds.append((limits.blind_speed, BRUSHED))
+        if not bounds or not command.velocity.any():
             return command
-        velocity = saturate(command.velocity, self._settings.limits.unvouched_speed)
-        return replace(command, velocity=velocity, reason=NOT_VOUCHED)
+        most, reason = min(bounds)
+        return replace(command, velocity=saturate(command.velocity, most), reason=reason)
 
     def _when_it_acts(self, state: State, now: float, local_map: LocalMap, settings: Settings) -> tuple[State, float]:
         """The robot when a command that is sent now acts, and the time then [s]; without a delay the newest pose."""
@@ -350,6 +358,8 @@ class ControllerLoop:
             self._interlock = self._interlock.held(self._why_hold(reason, forbidden, local))
         if self.held:
             return f"held: {self.held}; {REMEDY}"
+        if self.motion.brush.why:
+            return reason or BRUSHED
         if not reason:
             self._patience = LONGEST_FAULT
         return reason
@@ -361,8 +371,9 @@ class ControllerLoop:
             reason: why it must not move now; `forbidden`: the external part of that reason.
             local: time now [s].
         """
-        if self.motion.verdict.kind in STOPPING:
-            return self.motion.verdict.reason
+        why = self.motion.why_hold(local, self._settings)
+        if why:
+            return why
         lost = forbidden or self._inputs.why_lost(local, self._settings.limits)
         self._fault_since = _since(self._fault_since, reason, local)
         self._lost_since = _since(self._lost_since, lost, local)

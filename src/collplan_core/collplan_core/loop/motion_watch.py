@@ -5,8 +5,10 @@ import math
 import numpy as np
 
 from collplan_core.command import FREE_SPACE, Command
+from collplan_core.control.brush import LASTS, Brush, judge_brush
 from collplan_core.control.motion_monitor import (
     SETTLE,
+    STOPPING,
     UNSEEN,
     MotionRecord,
     MotionVerdict,
@@ -41,16 +43,18 @@ class MotionWatch:
     Attributes:
         verdict: the newest.
         pushed: whether something other than the wheels may have moved the robot at the newest pose.
+        brush: a verdict that a contact explains, put off.
     """
 
     def __init__(self) -> None:
         """Starts without poses, scans or commands."""
         self.verdict = MotionVerdict()
         self.pushed = False
+        self.brush = Brush()
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
         self._yaw = math.nan
-        self._touched = -math.inf
+        self._touched = self._brushed = -math.inf
 
     def forget(self) -> None:
         """Forgets everything but the delay, as where a standing robot starts to drive."""
@@ -63,13 +67,16 @@ class MotionWatch:
         """Takes a pose, and what moves by then; a pose that does not join the earlier ones begins anew."""
         if not joins:
             self._record = restart(self._record)
-        touching = self.is_near(state, settings.robot.radius + TOUCH) or _is_beside(movers, state, settings)
+        beside = _is_beside(movers, state, settings)
+        touching = self.is_near(state, settings.robot.radius + TOUCH) or beside
         self.pushed = touching
         if touching:
             self._touched = local
         elif local - self._touched > SETTLE and self._is_hit(state, settings):
             self.pushed = True
             self._record = ignore_until(self._record, local + UNSEEN)
+            beside = True
+        self._brushed = local if beside else self._brushed
         self._record = add_pose(self._record, state, local, touching)
         self._yaw = state.yaw
 
@@ -97,6 +104,17 @@ class MotionWatch:
     def judge(self, now: float, settings: Settings) -> None:
         """Judges the motion up to `now` [s]."""
         self.verdict, self._record = judge_motion(self._record, now, settings)
+
+    def why_hold(self, now: float, settings: Settings) -> str:
+        """Returns the verdict for which the robot is to be held at `now` [s]; "" where it is not, or not yet."""
+        why, was_put_off = self.verdict.reason if self.verdict.kind in STOPPING else "", bool(self.brush.why)
+        by_contact = now - self._brushed <= UNSEEN + LASTS and settings.limits.blind_speed > 0.0
+        if why and not was_put_off and not by_contact:
+            return why
+        self.brush = judge_brush(self.brush, why, self._record, now, settings)
+        if was_put_off and not self.brush.why and not self.brush.held:
+            self.forget()
+        return self.brush.held
 
     def commanded(self, command: Command, local: float) -> None:
         """Takes a command that is sent now."""
