@@ -15,10 +15,8 @@ from collplan_core.control.runaway import MOVES
 from collplan_core.parameters import Settings
 from collplan_core.velocity_law import velocity_after, velocity_law
 
-LASTS = 1.0
-"""Time within which a contact moves the robot [s]."""
-MOVED, TURNED = 0.10, math.radians(10.0)
-"""Most by which it moves it beside its commands [m], and turns it [rad]."""
+LASTS, MOVED, TURNED = 1.0, 0.10, math.radians(10.0)
+"""Time within which a contact moves the robot [s], and most by which, beside its commands [m], and turns it [rad]."""
 RESTS, AGAIN = 1.0, 10.0
 """Time at rest after which the robot goes on, and time within which a second brush holds it [s]."""
 SLOWLY = 0.5
@@ -53,11 +51,7 @@ class Brush:
 
 
 def judge_brush(brush: Brush, why: str, record: MotionRecord, now: float, settings: Settings) -> Brush:
-    """The brush at `now` [s]: put off, gone on, or to be held.
-
-    Args:
-        why: reason why the robot would be held now, which a contact explains; empty without one.
-    """
+    """The brush at `now` [s]; `why` is a reason to hold the robot now that a contact explains, empty without one."""
     rows = record.motion
     if not brush.why:
         if not why:

@@ -315,13 +315,13 @@ class ControllerLoop:
     def _vouched(self, command: Command) -> Command:
         """The command, slower where the robot was brushed, or no wall is near that would tell a scan which lies."""
         limits, state = self._settings.limits, self._inputs.state
-        is_vouched = self._inputs.sensed.vouched or not command.velocity.any()
-        if not is_vouched:
-            slower = saturate(command.velocity, limits.unvouched_speed)
-            command = replace(command, velocity=slower, reason=NOT_VOUCHED)
-        if state is not None and self.motion.brush.is_fresh(*state.position.tolist()) and command.velocity.any():
-            command = replace(command, velocity=saturate(command.velocity, limits.blind_speed), reason=BRUSHED)
-        return command
+        bounds = [] if self._inputs.sensed.vouched else [(limits.unvouched_speed, NOT_VOUCHED)]
+        if state is not None and self.motion.brush.is_fresh(*state.position.tolist()):
+            bounds.append((limits.blind_speed, BRUSHED))
+        if not bounds or not command.velocity.any():
+            return command
+        most, reason = min(bounds)
+        return replace(command, velocity=saturate(command.velocity, most), reason=reason)
 
     def _when_it_acts(self, state: State, now: float, local_map: LocalMap, settings: Settings) -> tuple[State, float]:
         """The robot when a command that is sent now acts, and the time then [s]; without a delay the newest pose."""

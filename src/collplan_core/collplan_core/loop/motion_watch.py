@@ -106,10 +106,7 @@ class MotionWatch:
         self.verdict, self._record = judge_motion(self._record, now, settings)
 
     def why_hold(self, now: float, settings: Settings) -> str:
-        """Returns the verdict for which the robot is to be held at `now` [s]; "" where it is not, or not yet.
-
-        A brush that is over is forgotten as motion.
-        """
+        """Returns the verdict for which the robot is to be held at `now` [s]; "" where it is not, or not yet."""
         why, was_put_off = self.verdict.reason if self.verdict.kind in STOPPING else "", bool(self.brush.why)
         by_contact = now - self._brushed <= UNSEEN + LASTS and settings.limits.blind_speed > 0.0
         if why and not was_put_off and not by_contact:

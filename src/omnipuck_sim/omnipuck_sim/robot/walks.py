@@ -20,7 +20,7 @@ import shapely
 from collplan_core.parameters import Settings
 from collplan_core.worlds import Mover, World, WorldError
 from collplan_core.worlds.gait import Gait, discs_at, gait_of
-from collplan_core.worlds.movers import turned
+from collplan_core.worlds.movers import PERSON, turned
 from collplan_core.worlds.route import free_space
 from omnipuck_sim.robot.drive import VX, VY, X, Y
 
@@ -99,6 +99,9 @@ class Walks:
             elif walk.met is not None and not (ahead and gap < CLEARED):
                 walk.met = None
             waits = 0.0 if walk.met is None else time - walk.met
+            if gap <= 0.0 and mover.kind == PERSON:
+                # a foot that meets something is put down: the person strikes, not the swing of the leg
+                moves = [(vx, vy)] * len(moves)
             if waits > self._strike:
                 moves = [(0.0, 0.0)] * len(moves)
                 if waits > PATIENCE and mover.to_and_fro:
