@@ -20,7 +20,7 @@ from collplan_core.movers.tracks import (
     MOST_RADIUS,
     Cluster,
     Track,
-    persons_of,
+    legs_of,
     with_clusters,
 )
 from collplan_core.movers.views import View, look_at_each, saw_free, view_of, without_surfaces
@@ -223,13 +223,13 @@ def _trails(known: list[Track]) -> np.ndarray:
 def _movers(known: list[Track], stamp: float, finding: MoverFinding) -> Movers:
     if not known:
         return replace(NO_MOVERS, stamp=stamp)
-    motions, persons = [track.motion_at(stamp) for track in known], persons_of(known)
+    motions, (together, persons) = [track.motion_at(stamp) for track in known], legs_of(known)
     velocities = np.array([velocity for _, velocity in motions])
     return Movers(
         stamp,
         persons,
         np.array([place for place, _ in motions]),
-        np.array([velocities[persons == each].mean(axis=0) for each in persons]),
+        together @ velocities / together.sum(axis=1, keepdims=True),
         np.array([track.radius for track in known]),
         np.array([finding.growth + GROWTH_OF_FEW / track.sights for track in known]),
         np.array([track.last_seen for track in known]),
