@@ -11,6 +11,7 @@ from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.movers.finding import MoverMemory, find_movers
 from collplan_core.movers.record import MOVES, NEW, STANDS, Movers, SortedReturns
+from collplan_core.movers.tracks import Track, legs_of
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.mover_history import MoverHistory
@@ -149,6 +150,29 @@ def test_a_person_is_one_mover_with_two_legs_and_one_velocity():
     for movers in both:
         middle, radius = movers.whole[1][0, :2], movers.whole[1][0, 4]
         assert (np.hypot(*(movers.positions - middle).T) + movers.radii < radius + 1e-9).all()
+
+
+def test_who_turns_back_along_its_own_way_moves_soon():
+    turns, speed = 0.6, 0.4
+
+    def place(t: float) -> np.ndarray:
+        return WALK + np.array([0.0, speed * (turns - abs(t - turns)) - 0.2])
+
+    states = drive(30)
+    found = sort_all(states, scans_of(states, mover=place))
+    seen = [state.stamp for state, returns in zip(states, found, strict=True) if len(returns.movers)]
+    assert turns < seen[0] < turns + 0.4
+
+
+def test_who_stands_between_two_goes_with_each_and_these_not_with_one_another():
+    def track(number: int, x: float) -> Track:
+        times = PERIOD * np.arange(5)
+        newest = np.column_stack([times, np.full(5, x), np.zeros(5), np.full(5, 0.1)])
+        return Track(number, 5, newest[0, 1:3], newest, np.zeros((0, 3)))
+
+    together, persons = legs_of([track(1, 0.0), track(2, 0.4), track(3, 0.85)])
+    assert together.sum(axis=1).tolist() == [2, 3, 2]
+    assert persons.tolist() == [1, 1, 1]
 
 
 def test_a_scan_that_comes_again_for_one_pose_makes_no_speed():

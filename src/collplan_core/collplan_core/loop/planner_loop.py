@@ -78,6 +78,7 @@ class PlannerLoop:
         self.trouble = ""
         self.n_plans = self.n_impacts = self.n_hard_plans = 0
         self._settings = self._given = settings
+        self._planned_speed = settings.robot.max_speed
         self._drive = drive_of(settings.robot) if settings.robot.learning == DRIVE else None
         self._planner = planner_for(settings.planner.strategy)
         self._make_deadline = make_deadline
@@ -352,7 +353,7 @@ class PlannerLoop:
             reason = f"the robot cannot stand at {place} or {tolerance}, beside an obstacle that the scan shows"
             self._report_no_way(reason, local, gives_up=True)
             return
-        delay, shown = settings.robot.motion_delay, placed.local_map
+        settings, delay, shown = self._among_movers(settings), settings.robot.motion_delay, placed.local_map
         before = motion_under_way(initial, self._commands, delay, delay, shown, settings) if delay > 0.0 else None
         begin = initial if before is None else before.end
         try:
@@ -366,6 +367,18 @@ class PlannerLoop:
             return
         self._progress.planned(local)
         self._decide_on(plan if before is None else before.before(plan), valid_until, shown)
+
+    def _among_movers(self, settings: Settings) -> Settings:
+        """The settings, among movers with the speed that the controller keeps to where nothing vouches for the scans.
+
+        A plan that passes ahead of a person at v_max is late at limits.unvouched_speed, and stops in the person's way.
+        """
+        sensed, fastest = self._inputs.sensed, settings.robot.max_speed
+        most = fastest if sensed.vouched or len(sensed.movers) == 0 else min(settings.limits.unvouched_speed, fastest)
+        if most != self._planned_speed:
+            self._planned_speed = most
+            self._forget_plan()
+        return settings if most == fastest else replace(settings, robot=replace(settings.robot, max_speed=most))
 
     def _report_no_way(self, reason: str, local: float, gives_up: bool) -> None:
         """Makes no plan; gives the goal up where that lasts, as a single noisy scan may be wrong."""

@@ -12,9 +12,9 @@ KEPT_SIGHTS = 8
 """Newest sights of a track that are kept."""
 VELOCITY_SPAN = 0.2
 """Sights of this span are fitted for the velocity: over a longer one a mover that turns back is seen too late [s]."""
-GATE, GATE_SPEED = 0.2, 1.0
+GATE, GATE_SPEED, GATE_OF_WALKER = 0.2, 1.0, 2.0
 """Largest distance of a cluster from the place predicted for its track [m], and by the time since its last sight
-[m/s]."""
+[m/s]: a leg that the other one hid comes out in swing."""
 TRAIL_STEP, TRAIL_TIME = 0.15, 3.0
 """Distance between the places of a trail [m], and its length [s]: who walks there may come back."""
 WALKED = 0.15
@@ -23,8 +23,8 @@ WALKED_IN = 0.5
 """One that has come so far is remembered where it stops [m]."""
 STAYED = 20
 """So many sights show the same: who came to a stand where the robot first saw them is a mover nevertheless."""
-FASTEST = 2.5
-"""A faster fit is one of wrong clusters [m/s]."""
+FASTEST = 3.5
+"""A faster fit is one of wrong clusters: a leg in swing has twice the speed of walking [m/s]."""
 CERTAIN = 5
 """Number of sights from which on a velocity counts in full: beside an edge the first ones are wrong."""
 GROWTH_OF_FEW = 1.2
@@ -125,11 +125,14 @@ class Track:
         return newest + velocity * (time - self.last_seen), velocity
 
 
-def persons_of(tracks: list[Track]) -> np.ndarray:
-    """(k,) number of the person whose leg each track is, the least of its tracks: legs that go together are one's."""
-    together = [[_go_together(one, other) for other in tracks] for one in tracks]
-    numbers, (_, person) = np.array([track.number for track in tracks]), connected_components(np.array(together))
-    return np.array([numbers[person == each].min() for each in person])
+def legs_of(tracks: list[Track]) -> tuple[np.ndarray, np.ndarray]:
+    """(k, k) whether two tracks go together, and (k,) number of the person whose leg each is, the least of its tracks.
+
+    Who stands between two others goes with both, and these not with one another.
+    """
+    together = np.array([[_go_together(one, other) for other in tracks] for one in tracks])
+    numbers, (_, person) = np.array([track.number for track in tracks]), connected_components(together)
+    return together, np.array([numbers[person == each].min() for each in person])
 
 
 def _go_together(one: Track, other: Track) -> bool:
@@ -167,7 +170,8 @@ def with_clusters(
     )
     after, taken = list(tracks), set[int]()
     for distance, i, k in pairs:
-        gate = GATE + GATE_SPEED * (time - tracks[i].last_seen)
+        speed = GATE_OF_WALKER if tracks[i].is_walker else GATE_SPEED
+        gate = GATE + speed * (time - tracks[i].last_seen)
         if distance < gate and after[i] is tracks[i] and k not in taken:
             after[i] = tracks[i].seen_again(time, clusters[k])
             taken.add(k)
