@@ -38,8 +38,6 @@ JUMP, SKIPPED = 0.10, 3
 """Largest distance between neighbouring returns of one mover [m], and largest number of beams from one to the next."""
 RIM, RIM_WIDTH = 0.05, 0.12
 """New returns beside a mover, so near to one another and in such a width, are its rim: the margin leaves it out [m]."""
-FREED = 3
-"""What so many newer scans saw free moved, though it stood there before: who turns back comes along its own way."""
 FEWEST = 2
 """Returns of a mover: a single one may be mixed from two surfaces, and such a one does lie in free space."""
 MOST_MOVING = 0.35
@@ -116,16 +114,10 @@ def _compared(
     moved, stands = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
     if finding.standing_time == 0.0:
         stands |= looked
-    compared = _of_ages(views, view.stamp, (*AGES, finding.standing_time))
-    in_place = [IN_PLACE * (view.stamp - each.stamp > finding.standing_time - 1e-6) for each in compared]
-    for earlier, within in zip(compared, in_place, strict=True):
-        look_at_each(earlier, view.hits, looked, moved, stands, finding.margin, within)
-    disputed, freed = moved & stands, np.zeros(len(looked), int)
-    for earlier, within in zip(compared if disputed.any() else (), in_place, strict=False):
-        free, on = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
-        look_at_each(earlier, view.hits, disputed, free, on, finding.margin, within)
-        freed = np.where(on, 0, freed + free)
-    stands &= freed < FREED
+    for earlier in _of_ages(views, view.stamp, (*AGES, finding.standing_time)):
+        old = view.stamp - earlier.stamp > finding.standing_time - 1e-6
+        in_place = IN_PLACE if old else 0.0
+        look_at_each(earlier, view.hits, looked, moved, stands, finding.margin, in_place)
     return moved & ~stands, stands
 
 
