@@ -152,18 +152,6 @@ def test_a_person_is_one_mover_with_two_legs_and_one_velocity():
         assert (np.hypot(*(movers.positions - middle).T) + movers.radii < radius + 1e-9).all()
 
 
-def test_who_turns_back_along_its_own_way_moves_soon():
-    turns, speed = 0.6, 0.4
-
-    def place(t: float) -> np.ndarray:
-        return WALK + np.array([0.0, speed * (turns - abs(t - turns)) - 0.2])
-
-    states = drive(30)
-    found = sort_all(states, scans_of(states, mover=place))
-    seen = [state.stamp for state, returns in zip(states, found, strict=True) if len(returns.movers)]
-    assert turns < seen[0] < turns + 0.4
-
-
 def test_who_stands_between_two_goes_with_each_and_these_not_with_one_another():
     def track(number: int, x: float) -> Track:
         times = PERIOD * np.arange(5)

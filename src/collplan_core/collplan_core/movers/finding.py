@@ -39,8 +39,6 @@ JUMP, SKIPPED = 0.10, 3
 """Largest distance between neighbouring returns of one mover [m], and largest number of beams from one to the next."""
 RIM, RIM_WIDTH = 0.05, 0.12
 """New returns beside a mover, so near to one another and in such a width, are its rim: the margin leaves it out [m]."""
-FREED = 3
-"""What so many newer scans saw free moved, though it stood there before: who turns back comes along its own way."""
 FEWEST = 2
 """Returns of a mover: a single one may be mixed from two surfaces, and such a one does lie in free space."""
 MOST_MOVING = 0.35
@@ -53,8 +51,6 @@ AROUND = 0.15
 """A person's body around a leg: what is so near to who walked in is no wall that stood there [m]."""
 MOST_STOPPED = 20
 """Movers that are remembered where they stopped; the oldest are forgotten first."""
-BACK = 0.5
-"""Distance from a mover within which returns on an old surface are looked at again: it may have come back there [m]."""
 SEEN_THROUGH = 0.5
 """A mover's place is seen through where its centre is free to this share of its radius."""
 
@@ -82,7 +78,7 @@ def find_movers(
     view = view_of(scan, noise, seen, state.position)
     away = np.hypot(*(view.hits - view.beams[:, :2]).T)
     looked = view.is_hit & (away < FARTHEST)
-    moved, stands = _compared(memory.views, memory.tracks, view, looked, finding)
+    moved, stands = _compared(memory.views, view, looked, finding)
     kinds = np.where(stands, STANDS, NEW)
     kept = tuple(each for each in memory.views if 0.0 < seen.stamp - each.stamp <= AGES[-1] + 0.2)
     if not memory.tracks and not moved.any():
@@ -113,7 +109,7 @@ def find_movers(
 
 
 def _compared(
-    views: tuple[View, ...], tracks: tuple[Track, ...], view: View, looked: np.ndarray, finding: MoverFinding
+    views: tuple[View, ...], view: View, looked: np.ndarray, finding: MoverFinding
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n,) whether each return lies where an earlier scan saw free space, and whether it lies on an old surface."""
     moved, stands = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
@@ -125,22 +121,7 @@ def _compared(
     for k, earlier in enumerate((*reversed(chosen[:n_old]), *chosen[n_old:])):
         reach = finding.margin, IN_PLACE if k < n_old else 0.0
         look_at_each(earlier[1:], view.hits, looked, moved, stands, reach)
-    near = stands & _near_tracks(tracks, view) if tracks else stands[:0]
-    if near.any():
-        freed = np.zeros(len(looked), int)
-        for k, earlier in enumerate(chosen):
-            free, on = np.zeros(len(looked), bool), np.zeros(len(looked), bool)
-            look_at_each(earlier[1:], view.hits, near, free, on, (finding.margin, IN_PLACE if k < n_old else 0.0))
-            freed = np.where(on, 0, freed + free)
-        moved |= freed >= FREED
-        stands &= freed < FREED
     return moved & ~stands, stands
-
-
-def _near_tracks(tracks: tuple[Track, ...], view: View) -> np.ndarray:
-    """(n,) whether each return is where a mover may have come back to."""
-    centers = np.array([track.centers[-1] for track in tracks])
-    return (np.hypot(*(view.hits[:, None] - centers).T) < BACK).any(axis=0)
 
 
 def _of_ages(views: tuple[View, ...], stamp: float, wanted: tuple[float, ...]) -> list[View]:
