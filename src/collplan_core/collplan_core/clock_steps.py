@@ -50,11 +50,7 @@ class ClockOffset:
 
 
 class SendTimes:
-    """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile.
-
-    Attributes:
-        ahead_at_first: time by which the wall clock was ahead of the steady clock at first [ns].
-    """
+    """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile."""
 
     def __init__(self, wall: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic) -> None:
         """`wall` and `steady` are the two clocks [s]."""
@@ -62,6 +58,7 @@ class SendTimes:
         self._offset = ClockOffset(wall, steady)
         self._settings = deque([self.ahead], maxlen=KEPT)
         self.ahead_at_first = round(1e9 * self.ahead)
+        """Time by which the wall clock was ahead of the steady clock at first [ns]."""
 
     @property
     def ahead(self) -> float:

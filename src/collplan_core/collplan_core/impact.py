@@ -11,24 +11,15 @@ SIMULATED, POSES, RING = SOURCES = ("simulated", "poses", "ring")
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """One impact, world frame.
+    """One impact, world frame."""
 
-    Attributes:
-        time: time of the impact, not of its detection [s].
-        point: (2,) point of the obstacle that the ring touched [m].
-        normal: (2,) unit normal out of the obstacle.
-        velocity_before, velocity_after: (2,) velocity of the robot's centre [m/s].
-        source: one of SOURCES.
-        with_mover: whether the obstacle is a mover; known of simulated impacts alone.
-    """
-
-    time: float
-    point: np.ndarray
-    normal: np.ndarray
-    velocity_before: np.ndarray
+    time: float  # time of the impact, not of its detection [s]
+    point: np.ndarray  # (2,) point of the obstacle that the ring touched [m]
+    normal: np.ndarray  # (2,) unit normal out of the obstacle
+    velocity_before: np.ndarray  # velocity_before, velocity_after: (2,) velocity of the robot's centre [m/s]
     velocity_after: np.ndarray
-    source: str = SIMULATED
-    with_mover: bool = False
+    source: str = SIMULATED  # one of SOURCES
+    with_mover: bool = False  # whether the obstacle is a mover; known of simulated impacts alone
 
     @property
     def change(self) -> np.ndarray:

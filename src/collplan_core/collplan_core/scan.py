@@ -53,31 +53,24 @@ def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, i
 class Scan:
     """One turn of the LIDAR (REP-117).
 
-    Attributes:
-        stamp: time of the first beam on the poses' clock [s].
-        angle_min: direction of the first beam [rad, sensor frame].
-        angle_increment: step from beam to beam [rad], not zero.
-        range_min, range_max: limits of a valid range [m]; a range_max of inf is none.
-        ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured, as what was given
-            as more than range_max.
-        time_increment: time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of
-            one instant.
-        sensor_poses: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, in the robot's frame at the stamp; None
-            where all are those of the robot at the stamp.
-
     Raises:
         ScanError: wrong shape, fewer than 2 beams, more than a full turn, bad limits, negative ranges, most
             ranges above them, or not a single valid range.
     """
 
-    stamp: float
-    angle_min: float
-    angle_increment: float
-    range_min: float
+    stamp: float  # time of the first beam on the poses' clock [s]
+    angle_min: float  # direction of the first beam [rad, sensor frame]
+    angle_increment: float  # step from beam to beam [rad], not zero
+    range_min: float  # range_min, range_max: limits of a valid range [m]; a range_max of inf is none
     range_max: float
     ranges: np.ndarray
+    """(n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured, as what was given as more
+    than range_max."""
     time_increment: float = 0.0
+    """Time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of one instant."""
     sensor_poses: np.ndarray | None = None
+    """(n, 3) x, y [m] and yaw [rad] of the sensor at each beam, in the robot's frame at the stamp; None where all are
+    those of the robot at the stamp."""
 
     def __repr__(self) -> str:
         nearest = self.ranges.min(initial=inf, where=np.isfinite(self.ranges))

@@ -38,15 +38,10 @@ class FittedTurn:
 
 @dataclass(frozen=True, eq=False)
 class TurnFit:
-    """Place of the body, fitted from turns.
+    """Place of the body, fitted from turns."""
 
-    Attributes:
-        lever: (2,) the body's origin seen from the point it turns about, in the body's own frame [m].
-        uncertainty: standard deviation of the lever by axis [m]; inf where the turns do not determine it.
-    """
-
-    lever: np.ndarray
-    uncertainty: float
+    lever: np.ndarray  # (2,) the body's origin seen from the point it turns about, in the body's own frame [m]
+    uncertainty: float  # standard deviation of the lever by axis [m]; inf where the turns do not determine it
 
 
 def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:

@@ -256,40 +256,26 @@ def update_engaged(stage: str, position: np.ndarray, contact_point: np.ndarray, 
 
 @dataclass(frozen=True, eq=False)
 class ManeuverCourse:
-    """One plan as the controller follows it.
+    """One plan as the controller follows it."""
 
-    Attributes:
-        stamp: stamp of the plan [s].
-        maneuver: the maneuver for the contact that the plan's path runs into; FREE_SPACE where there is none.
-        contact_point: engaging point p_c (2,) [m], or None.
-        release_point: disengaging point p_d (2,) [m], or None.
-        reference: reference of the plan; None before the first.
-        contact_reference: reference of the maneuver, or None.
-    """
-
-    stamp: float = math.nan
+    stamp: float = math.nan  # stamp of the plan [s]
     maneuver: str = FREE_SPACE
-    contact_point: np.ndarray | None = None
-    release_point: np.ndarray | None = None
-    reference: Reference | None = None
-    contact_reference: Reference | None = None
+    """The maneuver for the contact that the plan's path runs into; FREE_SPACE where there is none."""
+    contact_point: np.ndarray | None = None  # engaging point p_c (2,) [m], or None
+    release_point: np.ndarray | None = None  # disengaging point p_d (2,) [m], or None
+    reference: Reference | None = None  # reference of the plan; None before the first
+    contact_reference: Reference | None = None  # reference of the maneuver, or None
 
 
 @dataclass(frozen=True, eq=False)
 class ControllerMemory:
-    """The memory that one control period hands to the next.
-
-    Attributes:
-        integral: (2,) integral of the position error, as a velocity [m/s, world frame].
-        heading: yaw that is held [rad]; None until the first pose is seen.
-        course: the course of the plan in force.
-        stage: stage of its maneuver, phi of the paper's III-B: waiting, engaged or released.
-    """
+    """The memory that one control period hands to the next."""
 
     integral: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    heading: float | None = None
-    course: ManeuverCourse = field(default_factory=ManeuverCourse)
-    stage: str = WAITING
+    """(2,) integral of the position error, as a velocity [m/s, world frame]."""
+    heading: float | None = None  # yaw that is held [rad]; None until the first pose is seen
+    course: ManeuverCourse = field(default_factory=ManeuverCourse)  # the course of the plan in force
+    stage: str = WAITING  # stage of its maneuver, phi of the paper's III-B: waiting, engaged or released
 
 
 TOUCHING = 0.015

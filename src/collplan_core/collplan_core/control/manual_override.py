@@ -21,19 +21,12 @@ TAKEN = "driven by hand"
 
 @dataclass(frozen=True, eq=False)
 class ManualCommand:
-    """The newest command of a person.
+    """The newest command of a person."""
 
-    Attributes:
-        velocity: (2,) [m/s, body frame].
-        yaw_rate: [rad/s].
-        sent: time at which the person's node sent it [s, local clock].
-        trouble: reason not to follow it, such as several nodes that send such commands; empty without one.
-    """
-
-    velocity: np.ndarray
-    yaw_rate: float
-    sent: float
-    trouble: str = ""
+    velocity: np.ndarray  # (2,) [m/s, body frame]
+    yaw_rate: float  # [rad/s]
+    sent: float  # time at which the person's node sent it [s, local clock]
+    trouble: str = ""  # reason not to follow it, such as several nodes that send such commands; empty without one
 
     @property
     def is_rest(self) -> bool:

@@ -14,19 +14,12 @@ this speed [m/s]."""
 
 
 class Reference(NamedTuple):
-    """A timed path with contacts.
+    """A timed path with contacts."""
 
-    Attributes:
-        times: (n,) strictly rising [s].
-        positions: (n, 2) [m].
-        velocities: (n, 2) [m/s]; at a turn, that after it.
-        turns: (k,) indices of the samples at which the velocity jumps, none of them the first or last.
-    """
-
-    times: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray
-    turns: np.ndarray
+    times: np.ndarray  # (n,) strictly rising [s]
+    positions: np.ndarray  # (n, 2) [m]
+    velocities: np.ndarray  # (n, 2) [m/s]; at a turn, that after it
+    turns: np.ndarray  # (k,) indices of the samples at which the velocity jumps, none of them the first or last
 
 
 def planned_reference(plan: Plan, max_acceleration: float) -> Reference:

@@ -18,15 +18,11 @@ ACTUATION_NOISE, ACTUATION_BIAS = 0.06, 0.03
 
 @dataclass(frozen=True)
 class Timing:
-    """The real-time factor and the longest gap of a graph.
-
-    Attributes:
-        factor: simulated seconds that passed in a second; None where it is not known, or the robot is not simulated.
-        gap: longest time between two commands [s, wall clock].
-    """
+    """The real-time factor and the longest gap of a graph."""
 
     factor: float | None = None
-    gap: float = 0.0
+    """Simulated seconds that passed in a second; None where it is not known, or the robot is not simulated."""
+    gap: float = 0.0  # longest time between two commands [s, wall clock]
 
 
 def pace_words(factor: float | None) -> str:
@@ -121,15 +117,11 @@ def drive_noise_hint(settings: Settings) -> str:
 
 
 class RunMonitor:
-    """Detects from the poses a run that takes too long or makes no progress; times are of a clock without steps [s].
-
-    Attributes:
-        reason: the reason why the run has ended; "" while it goes on.
-    """
+    """Detects from the poses a run that takes too long or makes no progress; times are of a clock without steps [s]."""
 
     def __init__(self, limits: Trial, given: float) -> None:
         """`given` is the time at which the goal was given [s]."""
-        self.reason = ""
+        self.reason = ""  # the reason why the run has ended; "" while it goes on
         self._limits = limits
         self._given = given
         self._begun: float | None = None

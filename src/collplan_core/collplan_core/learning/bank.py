@@ -28,25 +28,17 @@ BACK = 0.8
 
 
 class Bank(NamedTuple):
-    """Filters of all combinations of d delays, n largest accelerations and k lags, in this order.
+    """Filters of all combinations of d delays, n largest accelerations and k lags, in this order."""
 
-    Attributes:
-        delays: (d,) [s]; accelerations: (n,) [m/s^2]; lags: (k,) [s].
-        means: (d n k, 4) [m], [m/s]; covariances: (d n k, 4, 4).
-        scores, prior: (d n k,) logarithms of posterior and prior, the best score being 0.
-        told: (d n k,) logarithm of the likelihood of the newest position; of a model asleep that of the best.
-        awake: (d n k,) bool.
-    """
-
-    delays: np.ndarray
-    accelerations: np.ndarray
-    lags: np.ndarray
-    means: np.ndarray
-    covariances: np.ndarray
-    scores: np.ndarray
+    delays: np.ndarray  # (d,) [s]
+    accelerations: np.ndarray  # (n,) [m/s^2]
+    lags: np.ndarray  # (k,) [s]
+    means: np.ndarray  # (d n k, 4) [m], [m/s]
+    covariances: np.ndarray  # (d n k, 4, 4)
+    scores: np.ndarray  # scores, prior: (d n k,) logarithms of posterior and prior, the best score being 0
     prior: np.ndarray
-    told: np.ndarray
-    awake: np.ndarray
+    told: np.ndarray  # (d n k,) logarithm of the likelihood of the newest position; of a model asleep that of the best
+    awake: np.ndarray  # (d n k,) bool
 
 
 @njit

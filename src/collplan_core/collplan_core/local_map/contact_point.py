@@ -13,23 +13,14 @@ from collplan_core.plane import nearest_on_segment
 
 @dataclass(frozen=True, eq=False)
 class ContactPoint:
-    """Engaging point p_c, where a reference first leaves F through an observed boundary.
+    """Engaging point p_c, where a reference first leaves F through an observed boundary."""
 
-    Attributes:
-        index: first sample of the reference beyond the boundary.
-        share: place between the samples index - 1 and index, in [0, 1].
-        point: (2,) position of the disc's centre there [m].
-        direction: (2,) unit direction of the reference there.
-        normal: (2,) unit normal out of the obstacle.
-        surface: number of the observed surface in its map.
-    """
-
-    index: int
-    share: float
-    point: np.ndarray
-    direction: np.ndarray
-    normal: np.ndarray
-    surface: int
+    index: int  # first sample of the reference beyond the boundary
+    share: float  # place between the samples index - 1 and index, in [0, 1]
+    point: np.ndarray  # (2,) position of the disc's centre there [m]
+    direction: np.ndarray  # (2,) unit direction of the reference there
+    normal: np.ndarray  # (2,) unit normal out of the obstacle
+    surface: int  # number of the observed surface in its map
 
 
 @njit

@@ -21,21 +21,13 @@ SIGHT_STEP = 0.02
 
 
 class FreeSpace(NamedTuple):
-    """F in n directions around its centre; direction k is the bearing 2 pi k / n.
+    """F in n directions around its centre; direction k is the bearing 2 pi k / n."""
 
-    Attributes:
-        reach: (n,) free distance of the disc's centre [m].
-        border: (n, 2) where F ends [m].
-        surface: (n,) number of the observed surface that ends it, or MAP_BORDER or UNSEEN_SURFACE.
-        normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
-        straight: (n,) whether it ends at a straight face.
-    """
-
-    reach: np.ndarray
-    border: np.ndarray
-    surface: np.ndarray
-    normals: np.ndarray
-    straight: np.ndarray
+    reach: np.ndarray  # (n,) free distance of the disc's centre [m]
+    border: np.ndarray  # (n, 2) where F ends [m]
+    surface: np.ndarray  # (n,) number of the observed surface that ends it, or MAP_BORDER or UNSEEN_SURFACE
+    normals: np.ndarray  # (n, 2) unit normal out of the observed surface; zero elsewhere
+    straight: np.ndarray  # (n,) whether it ends at a straight face
 
 
 @njit

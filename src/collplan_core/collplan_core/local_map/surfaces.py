@@ -11,23 +11,14 @@ HIT, OPEN, UNSEEN = 0, 1, 2
 
 
 class Sweep(NamedTuple):
-    """Geometry of a scan's beams, and the limits within which two of them see one surface.
+    """Geometry of a scan's beams, and the limits within which two of them see one surface."""
 
-    Attributes:
-        first: bearing of the first beam [rad, world frame].
-        step: angle from beam to beam [rad], above 0.
-        closed: whether the first beam follows the last one.
-        range_min: nearest range a beam measures [m].
-        grazing: smallest angle between beam and surface that joins two hits by their distance alone [rad].
-        tolerance: distance of a hit from a straight piece, or from a line, within which it lies on it [m].
-    """
-
-    first: float
-    step: float
-    closed: bool
-    range_min: float
-    grazing: float
-    tolerance: float
+    first: float  # bearing of the first beam [rad, world frame]
+    step: float  # angle from beam to beam [rad], above 0
+    closed: bool  # whether the first beam follows the last one
+    range_min: float  # nearest range a beam measures [m]
+    grazing: float  # smallest angle between beam and surface that joins two hits by their distance alone [rad]
+    tolerance: float  # distance of a hit from a straight piece, or from a line, within which it lies on it [m]
 
 
 @njit

@@ -33,23 +33,14 @@ FARTHEST = 1.0
 
 @dataclass(frozen=True, eq=False)
 class MountFit:
-    """The mount found.
+    """The mount found."""
 
-    Attributes:
-        mount: the mount, whose sweep is the one given where the scans do not tell.
-        uncertainty: (4,) of start [s], x, y [m] and heading [rad]: the truth is within it in 95 of 100.
-        known: (4,) bool, whether each was shown.
-        sweep_known: whether the sweep was shown.
-        clear: whether heading and sense of rotation are preferred clearly; else nothing is known.
-        agreement: mean distance of the returns from the surfaces of the other scan [m].
-    """
-
-    mount: Mount
-    uncertainty: np.ndarray
-    known: np.ndarray
-    sweep_known: bool
-    clear: bool
-    agreement: float
+    mount: Mount  # the mount, whose sweep is the one given where the scans do not tell
+    uncertainty: np.ndarray  # (4,) of start [s], x, y [m] and heading [rad]: the truth is within it in 95 of 100
+    known: np.ndarray  # (4,) bool, whether each was shown
+    sweep_known: bool  # whether the sweep was shown
+    clear: bool  # whether heading and sense of rotation are preferred clearly; else nothing is known
+    agreement: float  # mean distance of the returns from the surfaces of the other scan [m]
 
 
 def fit_mount(driven: Driven, given: int, said: Callable[[float], None] = lambda share: None) -> MountFit | None:

@@ -24,16 +24,12 @@ _COASTING = 1e6
 
 
 class Ways(NamedTuple):
-    """Ways in which motion may follow commands: rows of delay [s], mass, and the command's matrix xx, xy, yx, yy.
-
-    Attributes:
-        rows: (n, 6). The first len(DELAYS) * len(MASSES) are plain, by delay, then mass; then dead wheels: braked,
-            coasting, and almost without force; then turned or mirrored ones.
-        n_plain, n_dead: numbers of plain ways and of dead wheels.
-    """
+    """Ways in which motion may follow commands: rows of delay [s], mass, and the command's matrix xx, xy, yx, yy."""
 
     rows: np.ndarray
-    n_plain: int
+    """(n, 6). The first len(DELAYS) * len(MASSES) are plain, by delay, then mass; then dead wheels: braked, coasting,
+    and almost without force; then turned or mirrored ones."""
+    n_plain: int  # n_plain, n_dead: numbers of plain ways and of dead wheels
     n_dead: int
 
 

@@ -68,22 +68,17 @@ LONGEST_DELAY = 0.6
 
 
 class Consistency(NamedTuple):
-    """Result of the comparison of a scan with walls seen before.
-
-    Attributes:
-        expected, missing: number of walls that the scan must show, as nothing in it hides them; number not shown.
-        expected_ahead, missing_ahead: the same for walls that the robot moves towards.
-        n_delays, delay: age of the scan's content beyond its stamp [s], median over so many recent walls; NaN for 0.
-        towards_missing: (n,) bool, whether a beam goes towards a wall that is missing.
-    """
+    """Result of the comparison of a scan with walls seen before."""
 
     expected: int
     missing: int
-    expected_ahead: int
+    """expected, missing: number of walls that the scan must show, as nothing in it hides them; number not shown."""
+    expected_ahead: int  # expected_ahead, missing_ahead: the same for walls that the robot moves towards
     missing_ahead: int
     n_delays: int
     delay: float
-    towards_missing: np.ndarray
+    """n_delays, delay: age of the scan's content beyond its stamp [s], median over so many recent walls; NaN for 0."""
+    towards_missing: np.ndarray  # (n,) bool, whether a beam goes towards a wall that is missing
 
 
 @njit

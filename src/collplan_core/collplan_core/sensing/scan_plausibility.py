@@ -40,20 +40,16 @@ NOWHERE, NO_WALLS = np.zeros((0, 3)), np.zeros((0, 5))
 
 @dataclass(frozen=True, eq=False)
 class ScanMemory:
-    """Memory by which the next scan is judged.
-
-    Attributes:
-        walls: what stood in plausible scans, the newest last: stamp [s] and the rows of `wall_of_each_beam`.
-        ranges: ranges of the newest scan, plausible or not; empty before the first.
-        pose: (3,) x, y [m] and yaw [rad] where those ranges came first.
-        blind: beams that showed nothing in place of a wall, of the newest scan that missed too many; empty once a scan
-            was found plausible.
-    """
+    """Memory by which the next scan is judged."""
 
     walls: tuple[tuple[float, np.ndarray], ...] = ()
-    ranges: bytes = b""
+    """What stood in plausible scans, the newest last: stamp [s] and the rows of `wall_of_each_beam`."""
+    ranges: bytes = b""  # ranges of the newest scan, plausible or not; empty before the first
     pose: tuple[float, float, float] = (math.nan, math.nan, math.nan)
+    """(3,) x, y [m] and yaw [rad] where those ranges came first."""
     blind: tuple[int, ...] = ()
+    """Beams that showed nothing in place of a wall, of the newest scan that missed too many; empty once a scan was
+    found plausible."""
 
     @cached_property
     def vouches(self) -> bool:

@@ -31,34 +31,23 @@ NO_CONTACT, SLIDES = 0, 4
 
 
 class Motion(NamedTuple):
-    """Position [m] and velocity [m/s] of the disc's centre, world frame, and a lower bound of its clearance [m].
-
-    Attributes:
-        steps: number of steps since the plan began.
-    """
+    """Position [m] and velocity [m/s] of the disc's centre, world frame, and a lower bound of its clearance [m]."""
 
     x: float
     y: float
     vx: float
     vy: float
     clearance_bound: float
-    steps: int
+    steps: int  # number of steps since the plan began
 
 
 class Contact(NamedTuple):
-    """The first contact within a step.
+    """The first contact within a step."""
 
-    Attributes:
-        kind: NO_CONTACT, SLIDES, OBSERVED or INFERRED.
-        normal_speed: speed into the boundary [m/s].
-        share: part of the step that lies before it.
-        nx, ny: unit normal out of the boundary.
-    """
-
-    kind: int
-    normal_speed: float
-    share: float
-    nx: float
+    kind: int  # NO_CONTACT, SLIDES, OBSERVED or INFERRED
+    normal_speed: float  # speed into the boundary [m/s]
+    share: float  # part of the step that lies before it
+    nx: float  # nx, ny: unit normal out of the boundary
     ny: float
 
 

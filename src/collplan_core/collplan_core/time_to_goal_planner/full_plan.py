@@ -21,21 +21,13 @@ STOP_TEST_INTERVAL = STOP_TEST_STEPS // INTERVAL_STEPS
 
 
 class FullPlan(NamedTuple):
-    """Commands and what they lead to; there is room for more than the n control intervals in use.
+    """Commands and what they lead to; there is room for more than the n control intervals in use."""
 
-    Attributes:
-        commands: (m, 2) [m/s].
-        states: (m + 1, 4) x, y, vx, vy before each interval and after the last.
-        costs: (m + 1,) cost up to each of the states, its time left out [s].
-        n: intervals in use.
-        cost: cost of the plan, its time included [s].
-    """
-
-    commands: np.ndarray
-    states: np.ndarray
-    costs: np.ndarray
-    n: int
-    cost: float
+    commands: np.ndarray  # (m, 2) [m/s]
+    states: np.ndarray  # (m + 1, 4) x, y, vx, vy before each interval and after the last
+    costs: np.ndarray  # (m + 1,) cost up to each of the states, its time left out [s]
+    n: int  # intervals in use
+    cost: float  # cost of the plan, its time included [s]
 
 
 @njit

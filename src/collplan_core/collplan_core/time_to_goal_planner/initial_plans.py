@@ -40,18 +40,13 @@ LOOK_STEPS = 4
 
 
 class CoarsePlans(NamedTuple):
-    """Every pair of targets with every time of the switch.
+    """Every pair of targets with every time of the switch."""
 
-    Attributes:
-        targets: (n, 2) velocities [m/s].
-        costs: (n, 5, n) cost [s] by first target, switch and second target; inf where another one is the same, and
-            where it was given up.
-        ends: (n, 5, n, 4) x, y, vx, vy at the horizon or the goal.
-    """
-
-    targets: np.ndarray
+    targets: np.ndarray  # (n, 2) velocities [m/s]
     costs: np.ndarray
-    ends: np.ndarray
+    """(n, 5, n) cost [s] by first target, switch and second target; inf where another one is the same, and where it was
+    given up."""
+    ends: np.ndarray  # (n, 5, n, 4) x, y, vx, vy at the horizon or the goal
 
 
 class _Rollout(NamedTuple):

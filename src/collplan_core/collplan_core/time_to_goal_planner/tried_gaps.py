@@ -23,18 +23,12 @@ SAMPLING = 0.01
 
 @dataclass(frozen=True, eq=False)
 class TriedGaps:
-    """The gaps that were tried on the way to a goal.
+    """The gaps that were tried on the way to a goal."""
 
-    Attributes:
-        places: (n, 2) their narrowest places [m].
-        tries: (n,) how often the robot has come to each.
-        at: index of the gap that the robot is at, -1 where it is at none; since: stamp since when it is there [s].
-    """
-
-    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    tries: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
-    at: int = -1
-    since: float = 0.0
+    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))  # (n, 2) their narrowest places [m]
+    tries: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # (n,) how often the robot has come to each
+    at: int = -1  # index of the gap that the robot is at, -1 where it is at none
+    since: float = 0.0  # stamp since when it is there [s]
 
     def closed(self, most: int) -> np.ndarray:
         """Places (k, 2) of the gaps that were tried `most` times and have not let the robot through [m]."""

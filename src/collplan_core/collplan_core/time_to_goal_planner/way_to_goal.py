@@ -29,16 +29,12 @@ FINER = 3
 
 
 class Way(NamedTuple):
-    """A way to the goal.
+    """A way to the goal."""
 
-    Attributes:
-        boundaries: boundaries over which it leads; paths: the shortest paths over them.
-        gap: (2,) the first gap on it that measures too narrow for the disc [m]; None without one.
-    """
-
-    boundaries: RememberedBoundaries
-    paths: ShortestPaths
+    boundaries: RememberedBoundaries  # boundaries over which it leads
+    paths: ShortestPaths  # the shortest paths over them
     gap: np.ndarray | None = None
+    """(2,) the first gap on it that measures too narrow for the disc [m]; None without one."""
 
 
 def way_to_goal(

@@ -21,19 +21,12 @@ NO_DISCS = np.zeros((0, 3))
 
 @dataclass(frozen=True, eq=False)
 class RayScene:
-    """A world as the compiled loops take it.
+    """A world as the compiled loops take it."""
 
-    Attributes:
-        segments: (s, 4) x0, y0, x1, y1 of the polygons' edges, polygon by polygon, then of the walls [m].
-        polygon_starts: (p + 1,) where each polygon's segments start, and where the last one's end.
-        circles: (c, 3) x, y, radius [m].
-        bounds: (4,) beyond these all is solid [m]; infinite when there are no walls.
-    """
-
-    segments: np.ndarray
-    polygon_starts: np.ndarray
-    circles: np.ndarray
-    bounds: np.ndarray
+    segments: np.ndarray  # (s, 4) x0, y0, x1, y1 of the polygons' edges, polygon by polygon, then of the walls [m]
+    polygon_starts: np.ndarray  # (p + 1,) where each polygon's segments start, and where the last one's end
+    circles: np.ndarray  # (c, 3) x, y, radius [m]
+    bounds: np.ndarray  # (4,) beyond these all is solid [m]; infinite when there are no walls
 
 
 @lru_cache(maxsize=16)

@@ -10,16 +10,11 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Sig
 
 
 class _Stretch(NamedTuple):
-    """Visible part of a wall.
+    """Visible part of a wall."""
 
-    Attributes:
-        low, high: shares of the wall between which it is seen.
-        before, beyond: lengths over which its surface is seen before and beyond the wall, along it [m].
-    """
-
-    low: float
+    low: float  # low, high: shares of the wall between which it is seen
     high: float
-    before: float
+    before: float  # before, beyond: lengths over which its surface is seen before and beyond the wall, along it [m]
     beyond: float
 
 

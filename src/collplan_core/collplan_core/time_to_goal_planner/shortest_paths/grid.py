@@ -16,18 +16,13 @@ MOST_ALONG = 6_000
 
 
 class Cells(NamedTuple):
-    """The cells and the clearance field under them. Cell [i, j] has its centre at (x, y) + spacing * (i, j).
+    """The cells and the clearance field under them. Cell [i, j] has its centre at (x, y) + spacing * (i, j)."""
 
-    Attributes:
-        blocked: (mx, my) bool; x, y, spacing: [m].
-        clearance: (nx, ny) on the nodes of `grid` [m].
-    """
-
-    blocked: np.ndarray
-    x: float
+    blocked: np.ndarray  # (mx, my) bool
+    x: float  # x, y, spacing: [m]
     y: float
     spacing: float
-    clearance: np.ndarray
+    clearance: np.ndarray  # (nx, ny) on the nodes of `grid` [m]
     grid: Grid
 
 

@@ -87,19 +87,13 @@ MOST_ENTRIES = 16
 
 
 class Front(NamedTuple):
-    """The search, by flat index of a cell, changed in place. Lengths are counted in cells.
+    """The search, by flat index of a cell, changed in place. Lengths are counted in cells."""
 
-    Attributes:
-        length: (n,) length of the path; parent: (n,) int32, cell it leads to in a straight line; state: (n,) uint8.
-        order: (n,) int32, the cells that are done, in that order.
-        heads, below, keys, items: the queue of those to come.
-    """
-
-    length: np.ndarray
-    parent: np.ndarray
-    state: np.ndarray
-    order: np.ndarray
-    heads: np.ndarray
+    length: np.ndarray  # (n,) length of the path
+    parent: np.ndarray  # (n,) int32, cell it leads to in a straight line
+    state: np.ndarray  # (n,) uint8
+    order: np.ndarray  # (n,) int32, the cells that are done, in that order
+    heads: np.ndarray  # heads, below, keys, items: the queue of those to come
     below: np.ndarray
     keys: np.ndarray
     items: np.ndarray
