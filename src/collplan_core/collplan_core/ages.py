@@ -22,10 +22,8 @@ class SmallestDelay:
         """The delay after a message, and that message's age [s].
 
         After a step of the sender's clock the measurement begins anew; the message that shows the step is of unknown
-        age, and counts as older than STEP where the clock was set back.
-
-        Args:
-            sent: departure by the sender's clock [s]; now: arrival by the receiver's [s], which never steps.
+        age, and counts as older than STEP where the clock was set back. Departure is by the sender's clock [s], arrival
+        by the receiver's [s], which never steps.
         """
         delay = now - sent
         raised = self.least + DRIFT * max(now - self.at, 0.0)

@@ -20,17 +20,13 @@ MOST = 100
 
 
 class ClockOffset:
-    """Compares two clocks, and keeps to the last good comparison where this process was held up between two readings.
-
-    Attributes:
-        ahead: time by which the settable clock is ahead of the steady one [s].
-    """
+    """Compares two clocks; keeps to the last good comparison where this process was held up between two readings."""
 
     def __init__(self, settable: Callable[[], float], steady: Callable[[], float]) -> None:
         """`settable` and `steady` are the two clocks [s]."""
         self._settable = settable
         self._steady = steady
-        self.ahead, took = self._read()
+        self.ahead, took = self._read()  # time by which the settable clock is ahead of the steady one [s]
         for _ in range(TRIES):
             if took <= PROMPT:
                 break

@@ -35,18 +35,15 @@ class Impact:
 def measured_impact(
     time: float, center: np.ndarray, velocity_before: np.ndarray, change: np.ndarray, radius: float, source: str
 ) -> Impact:
-    """An impact of which only the robot's own motion is known.
+    """An impact of which only the robot's own motion is known, of a robot of `radius` [m]; source: one of SOURCES.
 
     The normal is the direction of the change, so friction along the wall turns it by at most atan(mu). Turned back with
     the true mu = 0.12, the normals of 227 impacts detected at 2 mm of noise were off by 4.4 instead of 5.9 degrees in
     the median and the points by 8 instead of 10 mm (simulated): too little to mix an assumed value into a measurement.
 
     Args:
-        time: time of the impact [s].
-        center: (2,) centre of the robot then [m].
+        time: of the impact [s]; center: (2,) centre of the robot then [m].
         velocity_before, change: (2,) its velocity before, and the change; a change of zero gives a zero normal [m/s].
-        radius: radius of the robot [m].
-        source: one of SOURCES.
     """
     normal = change / max(math.hypot(*change), 1e-9)
     return Impact(time, center - radius * normal, normal, velocity_before, velocity_before + change, source)

@@ -79,15 +79,13 @@ def timed_path(
     valid_until: float | None = None,
     contacts: Contacts | None = None,
 ) -> Plan:
-    """Makes a plan from a path alone, as a planner of your own returns it.
+    """Makes a plan from a path alone, as a planner of your own returns it; `valid_until` and `contacts` as in Plan.
 
     Args:
         stamp: when it starts [s].
         times: (n,) strictly rising, on the clock of the stamp, times[0] == stamp [s].
         positions: (n, 2) world frame [m].
         velocities: (n, 2) world frame [m/s]; at a contact, that after it. The controller finds those of a path alone.
-        valid_until: as in Plan.
-        contacts: as in Plan.
 
     Raises:
         ValueError: another shape, n under 2, not finite, or times that do not rise.

@@ -144,10 +144,7 @@ def planner_for(strategy: str) -> Planner:
 
 
 def plan_once(scan: Scan, state: State, goal: np.ndarray, settings: Settings, memory: Any = None) -> tuple[Plan, Any]:
-    """One plan by the chosen strategy from a scan that was taken at `state`, to a goal (2,) [m].
-
-    Returns:
-        The plan, and the memory to give the next call on the way to this goal.
+    """The plan by the chosen strategy from a scan taken at `state` to a goal (2,) [m], and the next call's memory.
 
     Raises:
         NoPlan: there is nothing to aim at.
@@ -188,11 +185,7 @@ def _with_half_side(mapping: LocalMapping, half_side: float) -> LocalMapping:
 
 
 def first_memory(settings: Settings, world: World | None) -> Any:
-    """Returns a planner's initial memory of a goal: None, or the whole world where `trial.known_map` asks for it.
-
-    Args:
-        settings: settings that select the planner.
-        world: world that the planner may know; None for a node, which never has one.
+    """A planner's first memory: None, or all of `world` (None for a node) where `trial.known_map` asks for it.
 
     Raises:
         ParameterError: `trial.known_map` is true for a node, or for a planner that cannot hold a map.

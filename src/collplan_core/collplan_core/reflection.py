@@ -74,6 +74,5 @@ def rebound(velocity: np.ndarray, normal: np.ndarray, ring: Ring) -> np.ndarray:
     Args:
         velocity: (2,) before it [m/s].
         normal: (2,) unit normal of the boundary, either sign.
-        ring: ring that touches.
     """
     return np.array(reflect(velocity[0], velocity[1], 0.0, normal[0], normal[1], ring)[:2])

@@ -26,11 +26,9 @@ CODES = 3
 
 @njit
 def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, int, int]:
-    """The smallest finite range, inf without one, and the numbers of beams that measured anything, and too much.
-
-    REP-117: what a device reports outside its limits is not a measurement of a distance; it is replaced in place. What
-    is nearer is near, range_max itself is nothing within it, and what is above is lost.
-    """
+    """The smallest finite range, inf without one, and the numbers of beams that measured anything, and too much."""
+    # REP-117: what a device reports outside its limits is no measurement of a distance; it is replaced in place. What
+    # is nearer is near, range_max itself is nothing within it, and what is above is lost.
     smallest, measured, beyond = inf, 0, 0
     for i in range(len(ranges)):
         if isnan(ranges[i]):
@@ -64,8 +62,7 @@ class Scan:
     range_min: float  # range_min, range_max: limits of a valid range [m]; a range_max of inf is none
     range_max: float
     ranges: np.ndarray
-    """(n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured, as what was given as more
-    than range_max."""
+    """(n,) [m]; +Inf nothing within range_max, -Inf below range_min, NaN not measured or given above range_max."""
     time_increment: float = 0.0
     """Time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of one instant."""
     sensor_poses: np.ndarray | None = None
@@ -120,11 +117,7 @@ class Scan:
         return abs(self.time_increment) * (len(self.ranges) - 1)
 
     def beams(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Returns each beam's origin (n, 2) [m], or (1, 2) where all share it, and bearing (n,) [rad], world frame.
-
-        Args:
-            state: the robot at the stamp.
-        """
+        """Each beam's origin (n, 2), (1, 2) if shared [m], and bearing (n,) [rad], world frame; `state` at the stamp."""
         if self.sensor_poses is None:
             return state.position[np.newaxis], self.angles + state.yaw
         return (
@@ -133,12 +126,7 @@ class Scan:
         )
 
     def points(self, state: State, which: np.ndarray) -> np.ndarray:
-        """Returns the end points of beams (m, 2) [m, world frame].
-
-        Args:
-            state: the robot at the stamp.
-            which: (n,) mask of the m beams wanted; all of these have a finite range.
-        """
+        """Returns the end points (m, 2) [m, world frame] of the beams in a mask (n,), all of them of finite range."""
         origins, bearings = self.beams(state)
         if len(origins) > 1:
             origins = origins[which]

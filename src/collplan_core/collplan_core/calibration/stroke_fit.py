@@ -33,8 +33,7 @@ class AxesFit:
 
     turn: float  # angle from a commanded direction to the measured one, seen from the body [rad]
     uncertainty: float
-    """Standard deviation of the turn [rad], and of the scale as a share of it; inf where the motions do not determine
-    it."""
+    """Standard deviation of the turn [rad], and of the scale as a share; inf where the motions do not tell it."""
     scale: float  # measured length over commanded length
     mirrored: bool  # whether left and right are exchanged
     robot_bias: complex = 0.0  # velocity added in the body's frame while the robot drives [m/s], as x + i y

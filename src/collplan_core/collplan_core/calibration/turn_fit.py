@@ -45,12 +45,10 @@ class TurnFit:
 
 
 def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
-    """Least squares through all turns.
+    """Least squares through all turns; `lag` is the time constant with which the robot follows its commands [s].
 
-    Args:
-        turns: at least one, each of some tenths of a second beyond SETTLING_TIME; turns both ways
-            separate the wheels' bias from the lever.
-        lag: time constant with which the robot follows its commands [s].
+    At least one turn is needed, each of some tenths of a second beyond SETTLING_TIME; turns both ways separate the
+    wheels' bias from the lever.
     """
     lag = max(lag, SHORTEST_LAG)
     steps = [[np.diff(values, axis=0) for values in _windows(turn, lag)] for turn in turns]

@@ -45,11 +45,7 @@ class Brush:
 
 
 def judge_brush(brush: Brush, why: str, record: MotionRecord, now: float, settings: Settings) -> Brush:
-    """The brush at `now` [s]: put off, gone on, or to be held.
-
-    Args:
-        why: reason why the robot would be held now, which a contact explains; empty without one.
-    """
+    """The brush at `now` [s], put off, gone on or held; `why` the robot would be held now, which a contact explains."""
     rows = record.motion
     if not brush.why:
         if not why:

@@ -202,13 +202,10 @@ def _projected(line: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.nda
 def boundary_reference(
     times: np.ndarray, path: np.ndarray, contact: ContactPoint, local_map: LocalMap, settings: Settings
 ) -> tuple[np.ndarray, np.ndarray]:
-    """q_bound: the reference (n, 2) at its times (n,) with what lies beyond the boundary projected onto it.
+    """q_bound (n, 2): the reference with what lies beyond the boundary projected onto it; p_d (2,): where that ends.
 
     It ends with the first sample in F again or, past what was seen of the boundary, in front of where that goes on
     straight. No step of what is projected, nor of the way back from it to the reference, is faster than v_max.
-
-    Returns:
-        the projected reference (n, 2) and the disengaging point p_d (2,) on the boundary, where the projection ends.
     """
     first, printed = contact.index, settings.controller.boundary_projection == "printed"
     line = _seen_of_boundary(contact, local_map, 0.0 if printed else GOES_ON)
@@ -328,10 +325,8 @@ def follow(
 ) -> tuple[Command, ControllerMemory]:
     """One control period: maneuver, reference, feed-forward, tracking. Paper: III-B.
 
-    Args:
-        local_map: the local map of the newest scan that was there when the plan was made.
-        state: the newest pose and velocity, or where the robot will be when the command acts.
-        now: the same time on the poses' clock [s].
+    `local_map` is of the newest scan that was there when the plan was made. `state` is the newest pose and velocity, or
+    where the robot will be when the command acts; `now` is the same time on the poses' clock [s].
     """
     params, robot = settings.controller, settings.robot
     period, bounds = 1.0 / params.rate, velocity_bounds(robot, state.yaw)

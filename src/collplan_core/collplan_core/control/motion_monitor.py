@@ -109,8 +109,7 @@ class MotionRecord(NamedTuple):
     learnt: np.ndarray = np.zeros(len(DELAYS))  # (k,) price of each of DELAYS [m^2/s]
     delay: float = math.nan  # newest estimate of the delay [s]; NaN before the first
     advantage: float = 0.0
-    """Advantage of the delays beyond the limit over all others in the last comparison [m^2/s]; 0 where the last
-    judgement made none."""
+    """Advantage of the delays beyond the limit over all others, where last compared [m^2/s]; 0 without that."""
 
 
 def restart(record: MotionRecord) -> MotionRecord:
@@ -253,12 +252,7 @@ def _compared(
 
 
 def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, delay: float) -> bool:
-    """Returns whether within some TURN_TIME the robot gained speed, and not toward its commands.
-
-    Args:
-        commands, velocities, begin: see `misfits`.
-        delay: longest one by which the robot may follow its commands [s].
-    """
+    """Whether within some TURN_TIME, at most `delay` [s] late, the robot gained speed, and not toward its commands."""
     # means of three: a single velocity has noise
     smooth = (velocities[:-2] + velocities[1:-1] + velocities[2:]) / 3.0
     n = round(TURN_TIME / STEP) - 2

@@ -61,11 +61,8 @@ def found_reference(times: np.ndarray, positions: np.ndarray, max_acceleration: 
 
 @njit
 def _with_velocities(times: np.ndarray, positions: np.ndarray, turns: np.ndarray) -> Reference:
-    """The reference with the velocities that its positions have on each stretch between two turns.
-
-    They are those of the steps at their middles, and linear between. A plan's own, which differ where its acceleration
-    jumps, drive the robot slower: by 1 % in 24 serpentines.
-    """
+    """The reference with the velocities that its positions have between turns, linear between the middles of steps."""
+    # A plan's own, which differ where its acceleration jumps, drive the robot slower: by 1 % in 24 serpentines.
     velocities, first = np.empty((len(times), 2)), 0
     for number in range(len(turns) + 1):
         last = turns[number] if number < len(turns) else len(times) - 1

@@ -54,10 +54,8 @@ class Verdicts(NamedTuple):
 def judge_impacts(impacts: Sequence[Impact], predictions: Sequence[Prediction]) -> Verdicts:
     """Judges which impacts were foreseen, which were deliberate, and how well their rebounds were foreseen.
 
-    Args:
-        impacts: k impacts.
-        predictions: one of every plan of the run, also of those that foresee nothing, in order of `made`. Those made
-            more than KEPT before an impact make no difference to it.
+    Predictions: one of every plan of the run, also of those that foresee nothing, in order of `made`. Those made more
+    than KEPT before an impact make no difference to it.
     """
     made = np.array([p.made for p in predictions])
     matches = np.array([match_contacts(impacts, p.contacts) for p in predictions], dtype=int)

@@ -37,7 +37,6 @@ def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> 
     fast as real time.
 
     Args:
-        timing: timing of the graph.
         speed_factor: simulated seconds wanted in a second; 0 for as many as there can be.
         command_age: age at which a robot follows its last command no more [s].
     """
@@ -140,15 +139,11 @@ class RunMonitor:
             self._taken = maneuver in (HAND, WAITING)
 
     def outcome(self, stamp: float, position: np.ndarray) -> str | None:
-        """TIMEOUT or STUCK, or None while the run goes on.
+        """TIMEOUT or STUCK by the newest pose, its time [s] and position (2,) [m]; None while the run goes on.
 
         TIMEOUT: trial.timeout has passed since the first plan. STUCK: the robot has stayed within trial.stuck_distance
         for trial.stuck_time since the first plan, was not driven by hand and did not wait for what moves; or
         trial.timeout has passed without a plan.
-
-        Args:
-            stamp: time of the newest pose [s].
-            position: position of the newest pose (2,) [m].
         """
         limits, place = self._limits, position.tolist()
         if self._begun is None:

@@ -27,10 +27,7 @@ class ContactPoint:
 def _first_exit(
     border: np.ndarray, surface: np.ndarray, shadow: np.ndarray, path: np.ndarray
 ) -> tuple[int, float, int]:
-    """Sample at which the path leaves F through a boundary (-1: never), share of the last step, direction met.
-
-    The path is relative to the centre of F.
-    """
+    """Sample at which a path from F's centre leaves F by a boundary (-1: never), share of its step, direction met."""
     for i in range(1, len(path)):
         if inside(border, path[i, 0], path[i, 1]):
             continue
@@ -105,11 +102,9 @@ def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: f
 
 @njit
 def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
-    """Returns whether the path, beyond the numbered surface from sample `first`, ends there or goes deeper than GRAZE.
-
-    It is no longer beyond it where it is in F again or behind a frontier, or where it goes round the end of what is
-    seen of the surface. `free` is border, surface and shadow of F.
-    """
+    """Whether the path, beyond the numbered surface from sample `first`, ends there or goes deeper than GRAZE."""
+    # It is no longer beyond where it is in F again or behind a frontier, or goes round the end of what is seen of the
+    # surface. `free` is border, surface and shadow of F.
     border, surface, shadow = free
     depth = 0.0
     for i in range(first, len(path)):

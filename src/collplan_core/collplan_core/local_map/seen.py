@@ -54,10 +54,8 @@ def seen_surfaces(scan: Scan, state: State) -> SeenSurfaces:
 
 
 def _around_robot(scan: Scan, state: State) -> np.ndarray:
-    """(n, 3) x, y [m], seen from the robot's centre along the world's axes, and yaw [rad], seen from the robot's.
-
-    Of the sensor at each beam; (0, 3) where it is at the robot's centre all the time.
-    """
+    """(n, 3) sensor at each beam: x, y from the robot's centre along the world's axes [m], yaw in the robot [rad]."""
+    # (0, 3) where it is at the robot's centre all the time.
     if scan.sensor_poses is None:
         return np.zeros((0, 3))
     return np.column_stack([rotate_rows(scan.sensor_poses[:, :2], state.yaw), scan.sensor_poses[:, 2]])

@@ -47,7 +47,6 @@ def fit_mount(driven: Driven, given: int, said: Callable[[float], None] = lambda
     """Fits mount, stamp and sweep with nothing told; None where the robot hardly moved.
 
     Args:
-        driven: the drive.
         given: sweep as it is set, which is kept where the scans do not tell, as in `Mount.sweep`.
         said: takes the share of the work that is done.
     """
@@ -142,10 +141,8 @@ def _is_clearly(driven: Driven, pairs: Pairs, best: Mount, other: Mount) -> bool
 
 
 def _spread(driven: Driven, pairs: Pairs, best: Mount, said: Callable[[float], None]) -> np.ndarray:
-    """(4,) standard deviations of start [s], x, y [m] and heading [rad] over pairs drawn anew.
-
-    Each fit begins elsewhere: a value that the motion does not show stays where it began, and so is seen to be unknown.
-    """
+    """(4,) standard deviations of start [s], x, y [m] and heading [rad] over pairs drawn anew."""
+    # Each fit begins elsewhere: a value that the motion does not show stays where it began, and is seen to be unknown.
     random, found = np.random.default_rng(0), []
     for draw in range(DRAWS):
         late, x, y, yaw = (np.array([best.late, best.x, best.y, best.yaw]) + random.normal(0.0, 0.07, 4)).tolist()

@@ -61,9 +61,8 @@ def misfits(
 ) -> np.ndarray:
     """Integrals of the squared error of the velocity under each way [m^2/s].
 
-    Returns:
-        (n, 2) from the velocity measured at the begin on; and what is left of it where that one is as uncertain as the
-        others, so that an error common to them all may be its own.
+    Returns (n, 2) from the velocity measured at the begin on; and what is left of it where that one is as uncertain as
+    the others, so that an error common to them all may be its own.
 
     Args:
         commands: (k, 3) time [s] and velocity [m/s, world frame], rising times; none before the first.

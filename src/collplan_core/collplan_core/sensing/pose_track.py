@@ -77,18 +77,13 @@ def with_pose(
 def with_pose_judged(
     times: np.ndarray, poses: np.ndarray, track: tuple, stamp: float, x: float, y: float, yaw: float, law_fields: tuple
 ) -> tuple[np.ndarray, np.ndarray, tuple, tuple]:
-    """A track with one more pose, and what it shows then.
+    """A track with one more pose [s, m, rad], and what it shows then.
 
-    What goes in and out are plain tuples, which cost a fifth of named ones to hand over.
-
-    Returns:
-        times (n,) [s] and poses (n, 3), after an impact from its centre on; the fields of the impact, or of NO_IMPACT;
-        those of the motion, or of NO_MOTION.
+    What goes in and out are plain tuples, which cost a fifth of named ones to hand over. Out: times (n,) [s] and poses
+    (n, 3), after an impact from its centre on; fields of the impact or of NO_IMPACT; those of the motion, or NO_MOTION.
 
     Args:
-        times, poses: the track so far.
         track: stamp of its first pose, also where that is no longer kept [s], and whether poses come in bursts.
-        stamp, x, y, yaw: the pose [s, m, rad].
         law_fields: fields of a TrackLaw, and in it of an ImpactLaw.
     """
     kept, velocity_window, slack, finds_impacts, impact_fields = law_fields

@@ -90,10 +90,7 @@ def swept_scan(
     """The scan of one sweep.
 
     Args:
-        world: the solid surroundings.
         poses: (n_beams, 3) x, y [m] and yaw [rad] of the robot at the instant of each beam.
-        stamp: that of the scan [s].
-        sensor: the scanning sensor.
         lidar: its true mounting pose on the robot, the direction of its first beam, and its fault.
         random: two draws a beam are taken from it, whatever the beam meets.
         discs: (n_beams, k, 3) x, y, radius [m] of the movers at the instant of each beam.

@@ -107,11 +107,9 @@ def _step_with_contact(
     ux: float,
     uy: float,
 ) -> tuple[Motion, Contact]:
-    """A step that meets a boundary: motion up to the contact, and on under u for the rest of the step.
-
-    At the contact, above IMPACT_SPEED, the rebound of a disc without spin (`reflect`); below it the normal speed is
-    removed. By a late contact what is pending has stood, or is known not to.
-    """
+    """A step that meets a boundary: motion up to the contact, and on under u for the rest of the step."""
+    # At the contact, above IMPACT_SPEED, the rebound of a disc without spin (`reflect`); below it the normal speed is
+    # removed. By a late contact what is pending has stood, or is known not to.
     share = _contact_share(clearance, grid, motion, end)
     cx, cy = motion.x + share * (end.x - motion.x), motion.y + share * (end.y - motion.y)
     nx, ny = normal_at(clearance, grid, cx, cy)

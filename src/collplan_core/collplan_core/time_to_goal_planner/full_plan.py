@@ -69,12 +69,10 @@ def sample_trajectory(
     commands: np.ndarray,
     radius: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The rollout of commands (n, 2), one a control interval, to the goal where it gets there.
+    """The rollout of commands (n, 2), one a control interval, to the goal where it gets there: its rows and contacts.
 
-    Returns:
-        rows (k, 5): time since the beginning [s], x, y, vx, vy, also at the moment of every contact;
-        contacts (c, 9): time, point touched x, y, velocity after vx, vy, unit normal out of the boundary x, y, speed
-            into it, kind as in Contact.
+    Rows (k, 5): time since the beginning [s], x, y, vx, vy, also at the moment of every contact. Contacts (c, 9): time,
+    point touched x, y, velocity after vx, vy, unit normal out of the boundary x, y, speed into it, kind as in Contact.
     """
     grid, goal, model, _, _ = problem.constants
     most = len(commands) * INTERVAL_STEPS

@@ -44,8 +44,7 @@ class CoarsePlans(NamedTuple):
 
     targets: np.ndarray  # (n, 2) velocities [m/s]
     costs: np.ndarray
-    """(n, 5, n) cost [s] by first target, switch and second target; inf where another one is the same, and where it was
-    given up."""
+    """(n, 5, n) cost [s] by first target, switch and second target; inf where another is the same or it is given up."""
     ends: np.ndarray  # (n, 5, n, 4) x, y, vx, vy at the horizon or the goal
 
 
@@ -86,11 +85,7 @@ def targets(problem: Problem, initial: Motion) -> np.ndarray:
 def _roll_on(
     field: _Field, constants: Constants, rollout: _Rollout, ux: float, uy: float, last: int, limit: float
 ) -> tuple[_Rollout, float]:
-    """A rollout under command u until step `last` or the goal.
-
-    Returns:
-        where it is then; time of arrival at the goal [s], ON_THE_WAY, or TOO_LATE once it will cost over `limit` [s].
-    """
+    """A rollout under u until step `last` or the goal; time of arrival [s], ON_THE_WAY, or TOO_LATE for `limit` [s]."""
     clearance, source, length, cells, movers, trails = field
     grid, goal, model, costs, bounds = constants
     motion, cost, first = rollout

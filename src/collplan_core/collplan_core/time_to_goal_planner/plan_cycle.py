@@ -87,13 +87,12 @@ def plan_cycle(
     settings: Settings,
     deadline: Deadline = never,
 ) -> tuple[Plan, RolloutMemory]:
-    """One cycle: from a local map to a timed reference to the goal, with the contacts it foresees.
+    """One cycle: from a local map to a timed reference to the goal (2,) [m], with the contacts it foresees.
 
     Args:
         memory: memory of the previous cycle, None at the start and after a new goal.
         state: the newest one; it may be younger than the map.
-        goal: (2,) [m].
-        deadline: deadline of refinement, which ends with the best plan so far.
+        deadline: of refinement, which ends with the best plan so far.
 
     Raises:
         NoPlan: seen boundaries close off the goal.

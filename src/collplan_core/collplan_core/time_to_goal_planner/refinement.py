@@ -89,11 +89,7 @@ def _draw_change(random: np.random.Generator, n: int) -> Change:
 
 @njit
 def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPlan) -> tuple[int, float]:
-    """Rolls a changed plan from its window on, into the arrays of `new`.
-
-    Returns:
-        control intervals and cost; inf as soon as that cannot be lower than before.
-    """
+    """Rolls a changed plan from its window on into `new`; its intervals and cost, inf once it cannot be lower."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
     goal, bounds = constants.goal, constants.bounds
     commands, states = plan.commands, plan.states

@@ -78,13 +78,9 @@ def _first_gap(paths: PathLookup, clearance: np.ndarray, grid: Grid, x: float, y
 
 
 def with_try(tried: TriedGaps, gap: np.ndarray | None, position: np.ndarray, stamp: float, radius: float) -> TriedGaps:
-    """The gaps after one more cycle.
+    """The gaps after one more cycle with the robot at `position` (2,) [m] and a gap (2,) on its way [m], or None.
 
     It is a try to come to a gap, and another one to come again or to stay for as long as a robot takes to be stuck.
-
-    Args:
-        gap: (2,) gap on the way [m]; None where none is too narrow.
-        position: (2,) of the robot at `stamp` [s].
     """
     touching = math.sqrt(2.0 * radius * TIGHT)
     if tried.at >= 0:

@@ -46,12 +46,8 @@ def way_to_goal(
 ) -> Way | None:
     """The way to the goal from a position (2,) [m]; None where what was seen leaves none.
 
-    Over the boundaries as they are where the paths lead there, else over smaller cells, else without what is only
-    inferred, else with gaps wider by twice TIGHT, but for those that were tried planner.recovery_tries times.
-
-    Args:
-        paths: over the boundaries as they are.
-        tried: gaps tried so far.
+    Over the boundaries as they are where `paths`, of these, lead there, else over smaller cells, else without what is
+    only inferred, else with gaps wider by twice TIGHT, but for those that were tried planner.recovery_tries times.
     """
     radius = settings.robot.radius
     if is_reachable(paths, _outside(remembered.field, position)):

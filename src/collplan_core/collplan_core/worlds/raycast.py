@@ -67,16 +67,14 @@ def simulate_scan(world: World, state: State, lidar: Lidar, discs: np.ndarray = 
 
 
 def cast_beams(world: World, origins: np.ndarray, angles: np.ndarray, discs: np.ndarray | None = None) -> np.ndarray:
-    """Distance to the nearest surface along beams that begin where each likes, in the world frame.
+    """Distance (n,) [m] to the nearest surface along beams that begin where each likes, world frame; +Inf without one.
+
+    It is -Inf where a beam begins on or in an obstacle, or beyond the walls.
 
     Args:
-        world: the solid surroundings.
         origins: (n, 2) where each beam begins [m].
         angles: (n,) its direction [rad].
         discs: (n, k, 3) x, y, radius [m] of the movers at the instant of each beam.
-
-    Returns:
-        (n,) [m]; +Inf without a surface, -Inf where the beam begins on or in an obstacle, or beyond the walls.
     """
     scene = ray_scene(world)
     points, directions = np.ascontiguousarray(origins, dtype=float), np.ascontiguousarray(angles, dtype=float)

@@ -24,5 +24,4 @@ class RememberedBoundaries:
     seen_free_behind: np.ndarray  # (k,) whether what could be inferred behind them was seen to be free
     times_contradicted: np.ndarray  # (k,) int8, number of scans running that saw through them
     kinds: np.ndarray
-    """(k,) OBSERVED where they have stood in place for movers.standing_time, else PENDING in sight and INFERRED out of
-    it."""
+    """(k,) OBSERVED where they have stood for movers.standing_time, else PENDING in sight, INFERRED out of it."""

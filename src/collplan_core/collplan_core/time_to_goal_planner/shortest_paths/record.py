@@ -43,8 +43,8 @@ class ShortestPaths:
     """(w, 2) unit direction in which the path goes on after the turn at the waypoint; (0, 0) at number 0."""
     remaining: np.ndarray  # (w,) length of the path from the waypoint on [m]
     turning: np.ndarray
-    """(w,) sum of 1 - cos over the turns after the waypoint's [-]; a turn costs its 1 - cos times max_speed / (2
-    max_acceleration) [s]."""
+    """(w,) sum of 1 - cos over the turns after the waypoint's [-]; a turn costs its 1 - cos times
+    max_speed / (2 max_acceleration) [s]."""
     goal: np.ndarray  # (2,) position of the goal [m]
     tolerance: float  # distance to the goal that counts as arrived [m]
 
