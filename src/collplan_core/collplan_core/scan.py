@@ -117,7 +117,7 @@ class Scan:
         return abs(self.time_increment) * (len(self.ranges) - 1)
 
     def beams(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Each beam's origin (n, 2), (1, 2) if shared [m], and bearing (n,) [rad], world frame; `state` at the stamp."""
+        """Each beam's origin (n, 2), (1, 2) if shared [m], bearing (n,) [rad], world frame; `state` at the stamp."""
         if self.sensor_poses is None:
             return state.position[np.newaxis], self.angles + state.yaw
         return (

@@ -97,7 +97,7 @@ class Problem(NamedTuple):
     constants: Constants
     stop_test: bool  # whether the robot must be able to brake within what it has seen
     movers: np.ndarray  # (k, 6) discs of `mover_cost` when the plan begins
-    trails: np.ndarray  # (h, 4) its trails
+    trails: np.ndarray  # (h, 4) trails of `mover_cost`
 
 
 def robot_model(settings: Settings) -> RobotModel:

@@ -40,8 +40,8 @@ class Sight(NamedTuple):
     ranges: np.ndarray  # (b,) how far each beam saw [m]
     x: float  # x, y: origin of the beams [m]
     y: float
-    first: float  # bearing of the first
-    step: float  # angle between two [rad]
+    first: float  # bearing of the first beam [rad]
+    step: float  # angle between two beams [rad]
     beams: np.ndarray
     """(b, 3) where each begins [m] and how much farther it is turned [rad]; (0, 3) where all do at x, y."""
     half_side: float  # half the side of the square in which it counts [m]
