@@ -13,24 +13,17 @@ SILENCE = 1.0
 
 @dataclass(frozen=True)
 class SmallestDelay:
-    """The smallest delay of a stream of messages whose sender has another clock; it counts as none.
+    """The smallest delay of a stream of messages whose sender has another clock; it counts as none."""
 
-    Attributes:
-        least: arrival less departure, each by its own clock [s]; inf before the first message.
-        at: time of its last measurement, by the receiver's clock [s].
-    """
-
-    least: float = math.inf
-    at: float = 0.0
+    least: float = math.inf  # arrival less departure, each by its own clock [s]; inf before the first message
+    at: float = 0.0  # time of its last measurement, by the receiver's clock [s]
 
     def measured(self, sent: float, now: float) -> tuple["SmallestDelay", float]:
         """The delay after a message, and that message's age [s].
 
         After a step of the sender's clock the measurement begins anew; the message that shows the step is of unknown
-        age, and counts as older than STEP where the clock was set back.
-
-        Args:
-            sent: departure by the sender's clock [s]; now: arrival by the receiver's [s], which never steps.
+        age, and counts as older than STEP where the clock was set back. Departure is by the sender's clock [s], arrival
+        by the receiver's [s], which never steps.
         """
         delay = now - sent
         raised = self.least + DRIFT * max(now - self.at, 0.0)
@@ -88,19 +81,13 @@ class PosesClock:
 
 
 class StallGuard:
-    """Tells a gap in the ticks of a timer.
-
-    Attributes:
-        gap: length of the newest gap beyond the limit [s]; 0 before the first.
-        count: number of gaps.
-        ended: the tick that ended the newest one [s]; before all time where there was none.
-    """
+    """Tells a gap in the ticks of a timer."""
 
     def __init__(self, limit: float = 0.15) -> None:
         """A gap is a time between two ticks longer than `limit` [s]; the first tick ends none."""
-        self.gap = 0.0
-        self.count = 0
-        self.ended = -math.inf
+        self.gap = 0.0  # length of the newest gap beyond the limit [s]; 0 before the first
+        self.count = 0  # number of gaps
+        self.ended = -math.inf  # the tick that ended the newest one [s]; before all time where there was none
         self._limit = limit
         self._last = math.inf
 

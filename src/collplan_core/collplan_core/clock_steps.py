@@ -20,17 +20,13 @@ MOST = 100
 
 
 class ClockOffset:
-    """Compares two clocks, and keeps to the last good comparison where this process was held up between two readings.
-
-    Attributes:
-        ahead: time by which the settable clock is ahead of the steady one [s].
-    """
+    """Compares two clocks; keeps to the last good comparison where this process was held up between two readings."""
 
     def __init__(self, settable: Callable[[], float], steady: Callable[[], float]) -> None:
         """`settable` and `steady` are the two clocks [s]."""
         self._settable = settable
         self._steady = steady
-        self.ahead, took = self._read()
+        self.ahead, took = self._read()  # time by which the settable clock is ahead of the steady one [s]
         for _ in range(TRIES):
             if took <= PROMPT:
                 break
@@ -50,11 +46,7 @@ class ClockOffset:
 
 
 class SendTimes:
-    """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile.
-
-    Attributes:
-        ahead_at_first: time by which the wall clock was ahead of the steady clock at first [ns].
-    """
+    """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile."""
 
     def __init__(self, wall: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic) -> None:
         """`wall` and `steady` are the two clocks [s]."""
@@ -62,6 +54,7 @@ class SendTimes:
         self._offset = ClockOffset(wall, steady)
         self._settings = deque([self.ahead], maxlen=KEPT)
         self.ahead_at_first = round(1e9 * self.ahead)
+        """Time by which the wall clock was ahead of the steady clock at first [ns]."""
 
     @property
     def ahead(self) -> float:

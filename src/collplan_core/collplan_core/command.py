@@ -19,21 +19,13 @@ WITHOUT_REFERENCE = (HAND, *STANDING)
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """A body-frame velocity command and what led to it.
+    """A body-frame velocity command and what led to it."""
 
-    Attributes:
-        velocity: (2,) [m/s, body frame].
-        yaw_rate: [rad/s].
-        maneuver: one of MANEUVERS, HAND or WAITING.
-        reference: (2,) position tracked now [m, world frame]; NaN when stopped, waiting or driven by hand.
-        reason: reason why the robot is stopped, or slower than it was to be; empty otherwise.
-    """
-
-    velocity: np.ndarray
-    yaw_rate: float
-    maneuver: str
-    reference: np.ndarray
-    reason: str = ""
+    velocity: np.ndarray  # (2,) [m/s, body frame]
+    yaw_rate: float  # [rad/s]
+    maneuver: str  # one of MANEUVERS, HAND or WAITING
+    reference: np.ndarray  # (2,) position tracked now [m, world frame]; NaN when stopped, waiting or driven by hand
+    reason: str = ""  # reason why the robot is stopped, or slower than it was to be; empty otherwise
 
 
 def stopped(reason: str) -> Command:

@@ -31,17 +31,12 @@ def after_looks(looks: int) -> Deadline:
 
 
 class CountedDeadline:
-    """A deadline, and how often it was looked at until it came.
-
-    Attributes:
-        looks: number of looks so far at which it had not passed.
-        came: whether it has passed.
-    """
+    """A deadline, and how often it was looked at until it came."""
 
     def __init__(self, deadline: Deadline) -> None:
         """Counts the looks at `deadline`."""
-        self.looks = 0
-        self.came = False
+        self.looks = 0  # number of looks so far at which it had not passed
+        self.came = False  # whether it has passed
         self._deadline = deadline
 
     def __call__(self) -> bool:

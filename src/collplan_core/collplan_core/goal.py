@@ -14,19 +14,12 @@ AT_REST = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """A goal with the stamp from which on plans are made for it.
+    """A goal with the stamp from which on plans are made for it."""
 
-    Attributes:
-        id: 16 bytes, different for every goal.
-        stamp: stamp of the newest pose when the goal was accepted [s]; only plans with a later stamp are for it.
-        position: (2,) [m], NaN where it was refused or is not known.
-        status: NO_GOAL, ACCEPTED, EXECUTING (there was a plan for it), SUCCEEDED, CANCELED or ABORTED.
-    """
-
-    id: bytes
-    stamp: float
-    position: np.ndarray
-    status: str = ACCEPTED
+    id: bytes  # 16 bytes, different for every goal
+    stamp: float  # stamp of the newest pose when the goal was accepted [s]; only plans with a later stamp are for it
+    position: np.ndarray  # (2,) [m], NaN where it was refused or is not known
+    status: str = ACCEPTED  # NO_GOAL, ACCEPTED, EXECUTING (there was a plan for it), SUCCEEDED, CANCELED or ABORTED
 
     @property
     def active(self) -> bool:

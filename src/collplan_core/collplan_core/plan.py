@@ -12,21 +12,14 @@ from collplan_core.validation import finite, rising
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Foreseen contacts, world frame.
+    """Foreseen contacts, world frame."""
 
-    Attributes:
-        times: (k,) [s].
-        points: (k, 2) where the ring touches the obstacle, not the disc's centre [m].
-        velocities_after: (k, 2) [m/s].
-        normals: (k, 2) unit normals out of the obstacles; NaN where they are unknown.
-        speeds: (k,) into the obstacle [m/s]; empty where they are unknown, as in a plan read from a message.
-    """
-
-    times: np.ndarray
-    points: np.ndarray
-    velocities_after: np.ndarray
-    normals: np.ndarray
+    times: np.ndarray  # (k,) [s]
+    points: np.ndarray  # (k, 2) where the ring touches the obstacle, not the disc's centre [m]
+    velocities_after: np.ndarray  # (k, 2) [m/s]
+    normals: np.ndarray  # (k, 2) unit normals out of the obstacles; NaN where they are unknown
     speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """(k,) into the obstacle [m/s]; empty where they are unknown, as in a plan read from a message."""
 
     @property
     def hardest(self) -> float:
@@ -41,55 +34,35 @@ class Contacts:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Candidates from which a plan was chosen, for display.
+    """Candidates from which a plan was chosen, for display."""
 
-    Attributes:
-        positions, velocities: (m, 2) [m], [m/s].
-        costs: (m,) cost of each candidate.
-        paths: (k, 2) whole paths that the best was refined from, if any [m].
-        path_costs: cost of each of these paths.
-        terms: (m,) each cost term by its name, where they are computed separately.
-    """
-
-    positions: np.ndarray
+    positions: np.ndarray  # positions, velocities: (m, 2) [m], [m/s]
     velocities: np.ndarray
-    costs: np.ndarray
-    paths: tuple[np.ndarray, ...] = ()
-    path_costs: tuple[float, ...] = ()
+    costs: np.ndarray  # (m,) cost of each candidate
+    paths: tuple[np.ndarray, ...] = ()  # (k, 2) whole paths that the best was refined from, if any [m]
+    path_costs: tuple[float, ...] = ()  # cost of each of these paths
     terms: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """(m,) each cost term by its name, where they are computed separately."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A timed reference and how it was chosen, world frame.
+    """A timed reference and how it was chosen, world frame."""
 
-    Attributes:
-        stamp: start of the plan [s], the stamp of the state it was made from; the robot is at positions[0] then.
-        times: (n,) time of each position, strictly rising, times[0] == stamp [s].
-        positions: (n, 2) [m].
-        velocities: (n, 2) [m/s]; None where the path alone is given.
-        contacts: contacts and rebounds that this plan foresees.
-        aim: (2,) chosen intermediate position p_s [m].
-        aim_velocity: (2,) chosen velocity v_s [m/s].
-        terms: cost terms of the choice by name (position, risk, collision_risk, gap_risk, velocity, total, ...).
-        candidates: all candidates compared.
-        n_before_pruning: number of candidates before pruning.
-        valid_until: time until which it may be followed [s]; None where it has no such limit.
-        drive: largest acceleration [m/s^2], lag and delay [s] that it was made with; None where the parameters tell.
-    """
-
-    stamp: float
-    times: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray | None
-    contacts: Contacts
-    aim: np.ndarray
-    aim_velocity: np.ndarray
+    stamp: float  # start of the plan [s], the stamp of the state it was made from; the robot is at positions[0] then
+    times: np.ndarray  # (n,) time of each position, strictly rising, times[0] == stamp [s]
+    positions: np.ndarray  # (n, 2) [m]
+    velocities: np.ndarray | None  # (n, 2) [m/s]; None where the path alone is given
+    contacts: Contacts  # contacts and rebounds that this plan foresees
+    aim: np.ndarray  # (2,) chosen intermediate position p_s [m]
+    aim_velocity: np.ndarray  # (2,) chosen velocity v_s [m/s]
     terms: Mapping[str, float]
-    candidates: Candidates
-    n_before_pruning: int
-    valid_until: float | None = None
+    """Cost terms of the choice by name (position, risk, collision_risk, gap_risk, velocity, total, ...)."""
+    candidates: Candidates  # all candidates compared
+    n_before_pruning: int  # number of candidates before pruning
+    valid_until: float | None = None  # time until which it may be followed [s]; None where it has no such limit
     drive: tuple[float, float, float] | None = None
+    """Largest acceleration [m/s^2], lag and delay [s] that it was made with; None where the parameters tell."""
 
     def __repr__(self) -> str:
         """Summary in a line: start, duration, length, number of contacts."""
@@ -106,15 +79,13 @@ def timed_path(
     valid_until: float | None = None,
     contacts: Contacts | None = None,
 ) -> Plan:
-    """Makes a plan from a path alone, as a planner of your own returns it.
+    """Makes a plan from a path alone, as a planner of your own returns it; `valid_until` and `contacts` as in Plan.
 
     Args:
         stamp: when it starts [s].
         times: (n,) strictly rising, on the clock of the stamp, times[0] == stamp [s].
         positions: (n, 2) world frame [m].
         velocities: (n, 2) world frame [m/s]; at a contact, that after it. The controller finds those of a path alone.
-        valid_until: as in Plan.
-        contacts: as in Plan.
 
     Raises:
         ValueError: another shape, n under 2, not finite, or times that do not rise.
@@ -142,12 +113,8 @@ def plan_of_path(
 
 
 class NoPlan(RuntimeError):
-    """Error of a cycle without a plan; the robot must stop. The message gives the reason.
-
-    Attributes:
-        memory: memory that the cycle leaves to the next nevertheless; None where it is unchanged.
-    """
+    """Error of a cycle without a plan; the robot must stop. The message gives the reason."""
 
     def __init__(self, message: str, memory: Any = None) -> None:
         super().__init__(message)
-        self.memory = memory
+        self.memory = memory  # memory that the cycle leaves to the next nevertheless; None where it is unchanged

@@ -55,30 +55,24 @@ class PlanFunction(Protocol):
 class Planner:
     """One way to plan.
 
-    Attributes:
-        plan: one cycle, from a local map to a plan.
-        map_period: T_map where planner.map_period is 0 [s].
-        starts_at_newest_pose: whether a plan starts at the newest pose; otherwise at the pose of the map's scan.
-        replans_after_impact: whether an impact requires a plan at once.
-        gives_up_closed_off_goal: whether NoPlan means that seen boundaries close off the goal.
-        boundaries: memory -> remembered boundaries, for display; None where it remembers none.
-        half_side: half the side of the local map that it plans in [m].
-        without_plan: memory -> memory without the plan in force, for a robot that was led aside.
-        known_map: world, settings -> a first memory that holds the whole world; None where it can hold none.
-
     Raises:
         TypeError, ValueError: at construction, `plan` does not take six arguments, or map_period is not above 0.
     """
 
-    plan: PlanFunction
-    map_period: float
+    plan: PlanFunction  # one cycle, from a local map to a plan
+    map_period: float  # T_map where planner.map_period is 0 [s]
     starts_at_newest_pose: bool = True
-    replans_after_impact: bool = False
-    gives_up_closed_off_goal: bool = False
+    """Whether a plan starts at the newest pose; otherwise at the pose of the map's scan."""
+    replans_after_impact: bool = False  # whether an impact requires a plan at once
+    gives_up_closed_off_goal: bool = False  # whether NoPlan means that seen boundaries close off the goal
     boundaries: Callable[[Any], RememberedBoundaries | None] = lambda memory: None
+    """From a memory, the remembered boundaries for display; None where it remembers none."""
     half_side: Callable[[Settings], float] = lambda settings: settings.local_map.half_side
+    """Half the side of the local map that it plans in [m]."""
     without_plan: Callable[[Any], Any] = lambda memory: None
+    """From a memory, one without the plan in force, for a robot that was led aside."""
     known_map: Callable[[World, Settings], Any] | None = None
+    """From world and settings, a first memory that holds the whole world; None where it can hold none."""
 
     def __post_init__(self) -> None:
         wanted = "memory, local_map, state, goal, settings, deadline"
@@ -150,10 +144,7 @@ def planner_for(strategy: str) -> Planner:
 
 
 def plan_once(scan: Scan, state: State, goal: np.ndarray, settings: Settings, memory: Any = None) -> tuple[Plan, Any]:
-    """One plan by the chosen strategy from a scan that was taken at `state`, to a goal (2,) [m].
-
-    Returns:
-        The plan, and the memory to give the next call on the way to this goal.
+    """The plan by the chosen strategy from a scan taken at `state` to a goal (2,) [m], and the next call's memory.
 
     Raises:
         NoPlan: there is nothing to aim at.
@@ -194,11 +185,7 @@ def _with_half_side(mapping: LocalMapping, half_side: float) -> LocalMapping:
 
 
 def first_memory(settings: Settings, world: World | None) -> Any:
-    """Returns a planner's initial memory of a goal: None, or the whole world where `trial.known_map` asks for it.
-
-    Args:
-        settings: settings that select the planner.
-        world: world that the planner may know; None for a node, which never has one.
+    """A planner's first memory: None, or all of `world` (None for a node) where `trial.known_map` asks for it.
 
     Raises:
         ParameterError: `trial.known_map` is true for a node, or for a planner that cannot hold a map.

@@ -17,20 +17,14 @@ DIFFERENCE = 1e-6
 
 
 class Ring(NamedTuple):
-    """The reflection ring as the planner models it.
+    """The reflection ring as the planner models it."""
 
-    Attributes:
-        restitution: e, share of the speed into the boundary that comes back.
-        friction: mu, Coulomb friction of ring and boundary.
-        inertia_factor: 1 / (1 + m r^2 / I), share of the slip of the rim that gripping takes from the velocity.
-        body_share: m / (m + m_w), share of a change of velocity that is left once traction has pulled body and wheels
-            together, some hundredths of a second later; a hit changes the velocity of the body alone.
-    """
-
-    restitution: float
-    friction: float
-    inertia_factor: float
+    restitution: float  # e, share of the speed into the boundary that comes back
+    friction: float  # mu, Coulomb friction of ring and boundary
+    inertia_factor: float  # 1 / (1 + m r^2 / I), share of the slip of the rim that gripping takes from the velocity
     body_share: float = 1.0
+    """m / (m + m_w), share of a change of velocity that is left once traction has pulled body and wheels together, some
+    hundredths of a second later; a hit changes the velocity of the body alone."""
 
 
 def believed_ring(settings: Settings) -> Ring:
@@ -80,6 +74,5 @@ def rebound(velocity: np.ndarray, normal: np.ndarray, ring: Ring) -> np.ndarray:
     Args:
         velocity: (2,) before it [m/s].
         normal: (2,) unit normal of the boundary, either sign.
-        ring: ring that touches.
     """
     return np.array(reflect(velocity[0], velocity[1], 0.0, normal[0], normal[1], ring)[:2])

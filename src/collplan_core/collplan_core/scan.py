@@ -26,11 +26,9 @@ CODES = 3
 
 @njit
 def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, int, int]:
-    """The smallest finite range, inf without one, and the numbers of beams that measured anything, and too much.
-
-    REP-117: what a device reports outside its limits is not a measurement of a distance; it is replaced in place. What
-    is nearer is near, range_max itself is nothing within it, and what is above is lost.
-    """
+    """The smallest finite range, inf without one, and the numbers of beams that measured anything, and too much."""
+    # REP-117: what a device reports outside its limits is no measurement of a distance; it is replaced in place. What
+    # is nearer is near, range_max itself is nothing within it, and what is above is lost.
     smallest, measured, beyond = inf, 0, 0
     for i in range(len(ranges)):
         if isnan(ranges[i]):
@@ -53,31 +51,23 @@ def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, i
 class Scan:
     """One turn of the LIDAR (REP-117).
 
-    Attributes:
-        stamp: time of the first beam on the poses' clock [s].
-        angle_min: direction of the first beam [rad, sensor frame].
-        angle_increment: step from beam to beam [rad], not zero.
-        range_min, range_max: limits of a valid range [m]; a range_max of inf is none.
-        ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured, as what was given
-            as more than range_max.
-        time_increment: time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of
-            one instant.
-        sensor_poses: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, in the robot's frame at the stamp; None
-            where all are those of the robot at the stamp.
-
     Raises:
         ScanError: wrong shape, fewer than 2 beams, more than a full turn, bad limits, negative ranges, most
             ranges above them, or not a single valid range.
     """
 
-    stamp: float
-    angle_min: float
-    angle_increment: float
-    range_min: float
+    stamp: float  # time of the first beam on the poses' clock [s]
+    angle_min: float  # direction of the first beam [rad, sensor frame]
+    angle_increment: float  # step from beam to beam [rad], not zero
+    range_min: float  # range_min, range_max: limits of a valid range [m]; a range_max of inf is none
     range_max: float
     ranges: np.ndarray
+    """(n,) [m]; +Inf nothing within range_max, -Inf below range_min, NaN not measured or given above range_max."""
     time_increment: float = 0.0
+    """Time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of one instant."""
     sensor_poses: np.ndarray | None = None
+    """(n, 3) x, y [m] and yaw [rad] of the sensor at each beam, in the robot's frame at the stamp; None where all are
+    those of the robot at the stamp."""
 
     def __repr__(self) -> str:
         nearest = self.ranges.min(initial=inf, where=np.isfinite(self.ranges))
@@ -127,11 +117,7 @@ class Scan:
         return abs(self.time_increment) * (len(self.ranges) - 1)
 
     def beams(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Returns each beam's origin (n, 2) [m], or (1, 2) where all share it, and bearing (n,) [rad], world frame.
-
-        Args:
-            state: the robot at the stamp.
-        """
+        """Each beam's origin (n, 2), (1, 2) if shared [m], bearing (n,) [rad], world frame; `state` at the stamp."""
         if self.sensor_poses is None:
             return state.position[np.newaxis], self.angles + state.yaw
         return (
@@ -140,12 +126,7 @@ class Scan:
         )
 
     def points(self, state: State, which: np.ndarray) -> np.ndarray:
-        """Returns the end points of beams (m, 2) [m, world frame].
-
-        Args:
-            state: the robot at the stamp.
-            which: (n,) mask of the m beams wanted; all of these have a finite range.
-        """
+        """Returns the end points (m, 2) [m, world frame] of the beams in a mask (n,), all of them of finite range."""
         origins, bearings = self.beams(state)
         if len(origins) > 1:
             origins = origins[which]

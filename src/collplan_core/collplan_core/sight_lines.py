@@ -42,10 +42,9 @@ def _within_turn(angle: float) -> float:
 
 @njit
 def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: float, guess: int) -> float:
-    """Returns the number of beams, with fraction, from the first one to the direction of a point; 0 to 2 pi / step.
+    """Returns the number of beams, with fraction, from the first one to the direction of a point [m]; 0 to 2 pi / step.
 
     Args:
-        x, y: the point [m].
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
         first: direction of the first beam, seen from the sensor; step: angle from beam to beam [rad].
         guess: number of a beam that goes about there.

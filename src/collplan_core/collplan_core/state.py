@@ -10,19 +10,12 @@ from collplan_core.validation import finite
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The robot at one instant, world frame.
+    """The robot at one instant, world frame."""
 
-    Attributes:
-        stamp: time on the poses' clock [s].
-        position: (2,) centre of the disc [m].
-        velocity: (2,) [m/s].
-        yaw: heading of the body [rad]; the paper's theta is the direction of `velocity`, never this.
-    """
-
-    stamp: float
-    position: np.ndarray
-    velocity: np.ndarray
-    yaw: float
+    stamp: float  # time on the poses' clock [s]
+    position: np.ndarray  # (2,) centre of the disc [m]
+    velocity: np.ndarray  # (2,) [m/s]
+    yaw: float  # heading of the body [rad]; the paper's theta is the direction of `velocity`, never this
 
     @classmethod
     def at_rest(cls, position: Sequence[float] | np.ndarray, yaw: float = 0.0, stamp: float = 0.0) -> "State":

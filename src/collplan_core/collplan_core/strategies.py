@@ -19,17 +19,11 @@ FREE, BY_SPEED, AVERSE = "free", "by_speed", "averse"
 
 @dataclass(frozen=True)
 class ContactTerms:
-    """Properties that tell one time-to-goal strategy from another.
+    """Properties that tell one time-to-goal strategy from another."""
 
-    Attributes:
-        contact_law: REFLECTS or STOPS.
-        contact_tolerance: FREE, BY_SPEED or AVERSE.
-        stop_test: whether the robot must be able to brake within what it has seen.
-    """
-
-    contact_law: str
-    contact_tolerance: str
-    stop_test: bool = False
+    contact_law: str  # REFLECTS or STOPS
+    contact_tolerance: str  # FREE, BY_SPEED or AVERSE
+    stop_test: bool = False  # whether the robot must be able to brake within what it has seen
 
 
 TIME_TO_GOAL: dict[str, ContactTerms] = {

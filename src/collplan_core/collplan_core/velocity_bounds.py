@@ -11,18 +11,12 @@ from collplan_core.parameters import Robot
 
 
 class VelocityBounds(NamedTuple):
-    """robot.max_speed and robot.velocity_shape, seen in one frame.
+    """robot.max_speed and robot.velocity_shape, seen in one frame."""
 
-    Attributes:
-        max_speed: [m/s]; fastest: largest speed in any direction [m/s].
-        is_box: whether max_speed limits each axis of the body frame, instead of the length.
-        cos, sin: of the robot's yaw in the frame.
-    """
-
-    max_speed: float
-    fastest: float
-    is_box: bool
-    cos: float
+    max_speed: float  # [m/s]
+    fastest: float  # largest speed in any direction [m/s]
+    is_box: bool  # whether max_speed limits each axis of the body frame, instead of the length
+    cos: float  # cos, sin: of the robot's yaw in the frame
     sin: float
 
 

@@ -11,34 +11,22 @@ SHORTEST_LAG = 1e-3
 
 
 class VelocityLaw(NamedTuple):
-    """Law by which the wheels follow a command: at full acceleration, then as a first-order lag.
+    """Law by which the wheels follow a command: at full acceleration, then as a first-order lag."""
 
-    Attributes:
-        max_acceleration: [m/s^2]; lag: [s].
-        step: a duration that is used often [s].
-        step_decay: share of a small difference to the command that is left after the step.
-    """
-
-    max_acceleration: float
-    lag: float
-    step: float
-    step_decay: float
+    max_acceleration: float  # [m/s^2]
+    lag: float  # [s]
+    step: float  # a duration that is used often [s]
+    step_decay: float  # share of a small difference to the command that is left after the step
 
 
 class Course(NamedTuple):
-    """A velocity on its way to a command that holds: along a straight line, so that one number gives its place.
+    """A velocity on its way to a command that holds: along a straight line, so that one number gives its place."""
 
-    Attributes:
-        ux, uy: the command [m/s].
-        ex, ey: unit direction in which the velocity is off the command.
-        gap: distance of the velocity from the command [m/s].
-    """
-
-    ux: float
+    ux: float  # ux, uy: the command [m/s]
     uy: float
-    ex: float
+    ex: float  # ex, ey: unit direction in which the velocity is off the command
     ey: float
-    gap: float
+    gap: float  # distance of the velocity from the command [m/s]
 
 
 def velocity_law(robot: Robot, step: float = 0.0) -> VelocityLaw:

@@ -80,10 +80,8 @@ def _warm_up_contact(path: np.ndarray, times: np.ndarray, local_map: LocalMap, s
 
 
 def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -> None:
-    """Two cycles of each strategy with kernels of its own: the second one begins from the plan of the first.
-
-    And what a run may need in its middle: boundaries remembered from elsewhere, and what was seen of them alone.
-    """
+    """Two cycles of each strategy with kernels of its own: the second one begins from the plan of the first."""
+    # And what a run may need in its middle: boundaries remembered from elsewhere, and what was seen of them alone.
     for strategy in ("stop_guarantee", "bounce"):
         settings = Settings().with_values({"planner.strategy": strategy})
         planner = planner_for(strategy)

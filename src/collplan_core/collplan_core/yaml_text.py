@@ -52,10 +52,9 @@ def read_text(path: Path) -> str:
 
 
 def parse_yaml(text: str, as_ros: bool = False) -> Any:
-    """Returns the content of a text.
+    """Returns the content of a text, one YAML document.
 
     Args:
-        text: YAML, one document.
         as_ros: a mapping that is given twice is merged, key by key, and an alias is an error, as for ROS.
 
     Raises:

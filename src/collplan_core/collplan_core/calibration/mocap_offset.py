@@ -10,18 +10,13 @@ from collplan_core.plane import rotate
 
 @dataclass(frozen=True)
 class BodyOffset:
-    """Pose of the measured body on the robot: x forward and y left of its centre [m], heading [rad].
-
-    Attributes:
-        position_uncertainty: standard deviation of x and of y [m].
-        yaw_uncertainty: standard deviation of yaw [rad].
-    """
+    """Pose of the measured body on the robot: x forward and y left of its centre [m], heading [rad]."""
 
     x: float
     y: float
     yaw: float
-    position_uncertainty: float = inf
-    yaw_uncertainty: float = inf
+    position_uncertainty: float = inf  # standard deviation of x and of y [m]
+    yaw_uncertainty: float = inf  # standard deviation of yaw [rad]
 
 
 def body_offset(axes: AxesFit, turns: TurnFit) -> BodyOffset:

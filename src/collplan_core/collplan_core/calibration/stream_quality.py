@@ -7,19 +7,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class StreamQuality:
-    """Figures of a stream of poses.
+    """Figures of a stream of poses."""
 
-    Attributes:
-        rate: poses per second, by their stamps [Hz].
-        jitter: 99 of 100 poses come at most so much sooner or later after the last one than usual [s].
-        longest_gap: longest time between two receipts [s].
-        noise: standard deviation of the position, of the axis where it is larger [m].
-    """
-
-    rate: float
-    jitter: float
-    longest_gap: float
-    noise: float
+    rate: float  # poses per second, by their stamps [Hz]
+    jitter: float  # 99 of 100 poses come at most so much sooner or later after the last one than usual [s]
+    longest_gap: float  # longest time between two receipts [s]
+    noise: float  # standard deviation of the position, of the axis where it is larger [m]
 
 
 def stream_quality(stamps: np.ndarray, received: np.ndarray, positions: np.ndarray) -> StreamQuality:

@@ -19,42 +19,26 @@ ONE_HEADING = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """A straight motion from rest to rest; poses of the body, map frame.
+    """A straight motion from rest to rest; poses of the body, map frame."""
 
-    Attributes:
-        velocity: (2,) commanded [m/s, robot frame].
-        duration: time for which it was commanded [s].
-        before, after: poses at rest before and after it.
-    """
-
-    velocity: np.ndarray
-    duration: float
-    before: PoseSample
+    velocity: np.ndarray  # (2,) commanded [m/s, robot frame]
+    duration: float  # time for which it was commanded [s]
+    before: PoseSample  # before, after: poses at rest before and after it
     after: PoseSample
 
 
 @dataclass(frozen=True)
 class AxesFit:
-    """The map from commanded velocities to measured ones.
+    """The map from commanded velocities to measured ones."""
 
-    Attributes:
-        turn: angle from a commanded direction to the measured one, seen from the body [rad].
-        uncertainty: standard deviation of the turn [rad], and of the scale as a share of it; inf where the motions do
-            not determine it.
-        scale: measured length over commanded length.
-        mirrored: whether left and right are exchanged.
-        robot_bias: velocity added in the body's frame while the robot drives [m/s], as x + i y.
-        room_bias: velocity added in the map frame [m/s], as x + i y; 0 where all motions had one heading.
-        bias_uncertainty: standard deviation of both by axis [m/s].
-    """
-
-    turn: float
+    turn: float  # angle from a commanded direction to the measured one, seen from the body [rad]
     uncertainty: float
-    scale: float
-    mirrored: bool
-    robot_bias: complex = 0.0
-    room_bias: complex = 0.0
-    bias_uncertainty: float = np.inf
+    """Standard deviation of the turn [rad], and of the scale as a share; inf where the motions do not tell it."""
+    scale: float  # measured length over commanded length
+    mirrored: bool  # whether left and right are exchanged
+    robot_bias: complex = 0.0  # velocity added in the body's frame while the robot drives [m/s], as x + i y
+    room_bias: complex = 0.0  # velocity added in the map frame [m/s], as x + i y; 0 where all motions had one heading
+    bias_uncertainty: float = np.inf  # standard deviation of both by axis [m/s]
 
 
 def centre(pose: PoseSample, lever: np.ndarray) -> complex:

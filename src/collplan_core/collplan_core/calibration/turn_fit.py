@@ -38,24 +38,17 @@ class FittedTurn:
 
 @dataclass(frozen=True, eq=False)
 class TurnFit:
-    """Place of the body, fitted from turns.
+    """Place of the body, fitted from turns."""
 
-    Attributes:
-        lever: (2,) the body's origin seen from the point it turns about, in the body's own frame [m].
-        uncertainty: standard deviation of the lever by axis [m]; inf where the turns do not determine it.
-    """
-
-    lever: np.ndarray
-    uncertainty: float
+    lever: np.ndarray  # (2,) the body's origin seen from the point it turns about, in the body's own frame [m]
+    uncertainty: float  # standard deviation of the lever by axis [m]; inf where the turns do not determine it
 
 
 def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
-    """Least squares through all turns.
+    """Least squares through all turns; `lag` is the time constant with which the robot follows its commands [s].
 
-    Args:
-        turns: at least one, each of some tenths of a second beyond SETTLING_TIME; turns both ways
-            separate the wheels' bias from the lever.
-        lag: time constant with which the robot follows its commands [s].
+    At least one turn is needed, each of some tenths of a second beyond SETTLING_TIME; turns both ways separate the
+    wheels' bias from the lever.
     """
     lag = max(lag, SHORTEST_LAG)
     steps = [[np.diff(values, axis=0) for values in _windows(turn, lag)] for turn in turns]

@@ -34,11 +34,8 @@ _ROWS = np.array([(delay, mass, 1.0, 0.0, 0.0, 1.0) for delay in DELAYS for mass
 
 
 def _followed(told: np.ndarray, fastest: float) -> Iterator[tuple[str, np.ndarray]]:
-    """Sentences on bases, and commands (n, 2) [m/s] that each follows where it is told others.
-
-    First is one that stands, then right ones, with DRIFTS, and what `motion_monitor.py` names; `fastest` is the largest
-    speed of the right ones [m/s].
-    """
+    """Sentences on bases, and the commands (n, 2) [m/s] that each follows; the right ones reach `fastest` [m/s]."""
+    # First is one that stands, then right ones, with DRIFTS, and what `motion_monitor.py` names.
     speeds = np.hypot(*told.T)[:, None]
     yield "", 0.0 * told
     yield from (("", told + drift * (speeds > 0.0)) for drift in DRIFTS)

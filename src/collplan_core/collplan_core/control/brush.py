@@ -27,23 +27,15 @@ ENDS = 4.0
 
 @dataclass(frozen=True)
 class Brush:
-    """A hold that is put off, and what moved the robot since; times on the local clock.
+    """A hold that is put off, and what moved the robot since; times on the local clock."""
 
-    Attributes:
-        why: reason for the hold that is put off; empty where none is.
-        held: the same, once the robot is to be held for it.
-        begun: time of the newest such reason [s].
-        moving: newest time at which the robot moved since [s].
-        led: stamp [s], x, y [m], vx, vy [m/s], yaw [rad] to which its commands alone would have led.
-        went_on: where it went on by itself [m]; None before it ever did.
-    """
-
-    why: str = ""
-    held: str = ""
-    begun: float = -math.inf
-    moving: float = -math.inf
+    why: str = ""  # reason for the hold that is put off; empty where none is
+    held: str = ""  # the same, once the robot is to be held for it
+    begun: float = -math.inf  # time of the newest such reason [s]
+    moving: float = -math.inf  # newest time at which the robot moved since [s]
     led: tuple[float, ...] = ()
-    went_on: tuple[float, float] | None = None
+    """Stamp [s], x, y [m], vx, vy [m/s], yaw [rad] to which its commands alone would have led."""
+    went_on: tuple[float, float] | None = None  # where it went on by itself [m]; None before it ever did
 
     def is_fresh(self, x: float, y: float) -> bool:
         """Returns whether the robot is so near to where it went on [m] that it is to drive slowly."""

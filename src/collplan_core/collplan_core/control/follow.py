@@ -202,13 +202,10 @@ def _projected(line: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.nda
 def boundary_reference(
     times: np.ndarray, path: np.ndarray, contact: ContactPoint, local_map: LocalMap, settings: Settings
 ) -> tuple[np.ndarray, np.ndarray]:
-    """q_bound: the reference (n, 2) at its times (n,) with what lies beyond the boundary projected onto it.
+    """q_bound (n, 2): the reference with what lies beyond the boundary projected onto it; p_d (2,): where that ends.
 
     It ends with the first sample in F again or, past what was seen of the boundary, in front of where that goes on
     straight. No step of what is projected, nor of the way back from it to the reference, is faster than v_max.
-
-    Returns:
-        the projected reference (n, 2) and the disengaging point p_d (2,) on the boundary, where the projection ends.
     """
     first, printed = contact.index, settings.controller.boundary_projection == "printed"
     line = _seen_of_boundary(contact, local_map, 0.0 if printed else GOES_ON)
@@ -256,40 +253,26 @@ def update_engaged(stage: str, position: np.ndarray, contact_point: np.ndarray, 
 
 @dataclass(frozen=True, eq=False)
 class ManeuverCourse:
-    """One plan as the controller follows it.
+    """One plan as the controller follows it."""
 
-    Attributes:
-        stamp: stamp of the plan [s].
-        maneuver: the maneuver for the contact that the plan's path runs into; FREE_SPACE where there is none.
-        contact_point: engaging point p_c (2,) [m], or None.
-        release_point: disengaging point p_d (2,) [m], or None.
-        reference: reference of the plan; None before the first.
-        contact_reference: reference of the maneuver, or None.
-    """
-
-    stamp: float = math.nan
+    stamp: float = math.nan  # stamp of the plan [s]
     maneuver: str = FREE_SPACE
-    contact_point: np.ndarray | None = None
-    release_point: np.ndarray | None = None
-    reference: Reference | None = None
-    contact_reference: Reference | None = None
+    """The maneuver for the contact that the plan's path runs into; FREE_SPACE where there is none."""
+    contact_point: np.ndarray | None = None  # engaging point p_c (2,) [m], or None
+    release_point: np.ndarray | None = None  # disengaging point p_d (2,) [m], or None
+    reference: Reference | None = None  # reference of the plan; None before the first
+    contact_reference: Reference | None = None  # reference of the maneuver, or None
 
 
 @dataclass(frozen=True, eq=False)
 class ControllerMemory:
-    """The memory that one control period hands to the next.
-
-    Attributes:
-        integral: (2,) integral of the position error, as a velocity [m/s, world frame].
-        heading: yaw that is held [rad]; None until the first pose is seen.
-        course: the course of the plan in force.
-        stage: stage of its maneuver, phi of the paper's III-B: waiting, engaged or released.
-    """
+    """The memory that one control period hands to the next."""
 
     integral: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    heading: float | None = None
-    course: ManeuverCourse = field(default_factory=ManeuverCourse)
-    stage: str = WAITING
+    """(2,) integral of the position error, as a velocity [m/s, world frame]."""
+    heading: float | None = None  # yaw that is held [rad]; None until the first pose is seen
+    course: ManeuverCourse = field(default_factory=ManeuverCourse)  # the course of the plan in force
+    stage: str = WAITING  # stage of its maneuver, phi of the paper's III-B: waiting, engaged or released
 
 
 TOUCHING = 0.015
@@ -342,10 +325,8 @@ def follow(
 ) -> tuple[Command, ControllerMemory]:
     """One control period: maneuver, reference, feed-forward, tracking. Paper: III-B.
 
-    Args:
-        local_map: the local map of the newest scan that was there when the plan was made.
-        state: the newest pose and velocity, or where the robot will be when the command acts.
-        now: the same time on the poses' clock [s].
+    `local_map` is of the newest scan that was there when the plan was made. `state` is the newest pose and velocity, or
+    where the robot will be when the command acts; `now` is the same time on the poses' clock [s].
     """
     params, robot = settings.controller, settings.robot
     period, bounds = 1.0 / params.rate, velocity_bounds(robot, state.yaw)

@@ -16,15 +16,10 @@ REMEDY = "give a new goal, or call resume"
 
 @dataclass(frozen=True)
 class Interlock:
-    """Held or free. No command, zero or not, changes it, nor does time.
+    """Held or free. No command, zero or not, changes it, nor does time."""
 
-    Attributes:
-        reason: reason why the robot is held; empty where it may move.
-        goals: identities of the goals received, the newest last, whatever their status.
-    """
-
-    reason: str = ""
-    goals: tuple[bytes, ...] = ()
+    reason: str = ""  # reason why the robot is held; empty where it may move
+    goals: tuple[bytes, ...] = ()  # identities of the goals received, the newest last, whatever their status
 
     def held(self, reason: str) -> "Interlock":
         """Returns the interlock, held from now on."""

@@ -21,19 +21,12 @@ TAKEN = "driven by hand"
 
 @dataclass(frozen=True, eq=False)
 class ManualCommand:
-    """The newest command of a person.
+    """The newest command of a person."""
 
-    Attributes:
-        velocity: (2,) [m/s, body frame].
-        yaw_rate: [rad/s].
-        sent: time at which the person's node sent it [s, local clock].
-        trouble: reason not to follow it, such as several nodes that send such commands; empty without one.
-    """
-
-    velocity: np.ndarray
-    yaw_rate: float
-    sent: float
-    trouble: str = ""
+    velocity: np.ndarray  # (2,) [m/s, body frame]
+    yaw_rate: float  # [rad/s]
+    sent: float  # time at which the person's node sent it [s, local clock]
+    trouble: str = ""  # reason not to follow it, such as several nodes that send such commands; empty without one
 
     @property
     def is_rest(self) -> bool:
@@ -49,11 +42,10 @@ def overrides(hand: ManualCommand, local: float, limits: Limits) -> bool:
 def why_no_override(
     hand: ManualCommand, robot_stands: str, lost: str, position: np.ndarray | None, limits: Limits
 ) -> str:
-    """Returns the reason why the robot must not be driven by hand now; "" where it may.
+    """Returns why the robot must not be driven by hand now; "" where it may.
 
     Args:
-        robot_stands: reason why the robot itself stands; empty where it does not.
-        lost: reason why poses are unusable now; empty where they are usable.
+        robot_stands, lost: why the robot itself stands, and why poses are unusable; "" where neither.
         position: (2,) newest position of the robot [m]; None before the first.
     """
     if robot_stands or hand.trouble:
@@ -66,15 +58,12 @@ def why_no_override(
 
 
 def overriding_command(hand: ManualCommand, before: Command, is_blind: bool, settings: Settings) -> Command:
-    """Returns the command that is sent for a person's manual command.
+    """Returns the command that is sent for a person's manual command; `before` is that of the last control period.
 
-    It changes from the previous command as fast as the wheels can follow, so that a person takes over without a jump.
-    A command to stand takes effect at once. A command beyond the robot's limits is clamped to them, as the sender may
-    know other limits. A command that is not finite stops the robot.
-
-    Args:
-        before: the previous command, sent a control period earlier.
-        is_blind: whether poses are lost or the motion does not fit the commands; the speed is then limited.
+    It changes from `before` as fast as the wheels can follow, so that a person takes over without a jump. A command to
+    stand takes effect at once. A command beyond the robot's limits is clamped to them, as the sender may know other
+    limits. One that is not finite stops the robot. The speed is limited while `is_blind`: poses are lost, or the motion
+    does not fit the commands.
     """
     robot, limits, period = settings.robot, settings.limits, 1.0 / settings.controller.rate
     if not (np.isfinite(hand.velocity).all() and math.isfinite(hand.yaw_rate)):

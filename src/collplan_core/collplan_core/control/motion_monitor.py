@@ -92,40 +92,24 @@ _OFTEN = 5
 
 @dataclass(frozen=True)
 class MotionVerdict:
-    """Verdict on how the robot moves, compared with its commands.
+    """Verdict on how the robot moves, compared with its commands."""
 
-    Attributes:
-        kind: OK, LATE, STUCK (commanded and not moving), SLIP (moves, and not by the commands) or REVERSED.
-        delay: newest estimate of the delay from command to measured motion [s]; NaN before the first.
-        reason: explanation of the verdict; empty where it is OK.
-    """
-
-    kind: str = OK
-    delay: float = math.nan
-    reason: str = ""
+    kind: str = OK  # OK, LATE, STUCK (commanded and not moving), SLIP (moves, and not by the commands) or REVERSED
+    delay: float = math.nan  # newest estimate of the delay from command to measured motion [s]; NaN before the first
+    reason: str = ""  # explanation of the verdict; empty where it is OK
 
 
 class MotionRecord(NamedTuple):
-    """Recent commands and measured motion, times on the local clock.
+    """Recent commands and measured motion, times on the local clock."""
 
-    Attributes:
-        commands: (n, 3) time [s] and velocity [m/s, world frame].
-        motion: (m, 7) receipt [s], stamp [s], velocity [m/s], position [m], yaw [rad].
-        free_since: time since which only the wheels have moved the robot [s].
-        quickest: smallest difference of receipt and stamp seen, drift added [s].
-        learnt: (k,) price of each of DELAYS [m^2/s].
-        delay: newest estimate of the delay [s]; NaN before the first.
-        advantage: advantage of the delays beyond the limit over all others in the last comparison [m^2/s]; 0 where
-            the last judgement made none.
-    """
-
-    commands: np.ndarray = np.zeros((0, 3))
-    motion: np.ndarray = np.zeros((0, 7))
-    free_since: float = -math.inf
-    quickest: float = math.inf
-    learnt: np.ndarray = np.zeros(len(DELAYS))
-    delay: float = math.nan
+    commands: np.ndarray = np.zeros((0, 3))  # (n, 3) time [s] and velocity [m/s, world frame]
+    motion: np.ndarray = np.zeros((0, 7))  # (m, 7) receipt [s], stamp [s], velocity [m/s], position [m], yaw [rad]
+    free_since: float = -math.inf  # time since which only the wheels have moved the robot [s]
+    quickest: float = math.inf  # smallest difference of receipt and stamp seen, drift added [s]
+    learnt: np.ndarray = np.zeros(len(DELAYS))  # (k,) price of each of DELAYS [m^2/s]
+    delay: float = math.nan  # newest estimate of the delay [s]; NaN before the first
     advantage: float = 0.0
+    """Advantage of the delays beyond the limit over all others, where last compared [m^2/s]; 0 without that."""
 
 
 def restart(record: MotionRecord) -> MotionRecord:
@@ -268,12 +252,7 @@ def _compared(
 
 
 def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, delay: float) -> bool:
-    """Returns whether within some TURN_TIME the robot gained speed, and not toward its commands.
-
-    Args:
-        commands, velocities, begin: see `misfits`.
-        delay: longest one by which the robot may follow its commands [s].
-    """
+    """Whether within some TURN_TIME, at most `delay` [s] late, the robot gained speed, and not toward its commands."""
     # means of three: a single velocity has noise
     smooth = (velocities[:-2] + velocities[1:-1] + velocities[2:]) / 3.0
     n = round(TURN_TIME / STEP) - 2

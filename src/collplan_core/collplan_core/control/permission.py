@@ -75,8 +75,7 @@ def why_outside(position: np.ndarray, limits: Limits) -> str:
 def why_refuse_goal(goal: np.ndarray, position: np.ndarray | None, limits: Limits) -> str:
     """Returns why a goal (2,) [m] is refused: goal or robot outside the fence, or too far apart; "" where it is not.
 
-    Args:
-        position: (2,) position of the robot [m]; None where it is not known yet.
+    `position` (2,) of the robot [m] is None where it is not known yet.
     """
     if is_outside(limits.fence, goal):
         return f"{goal[0]:.6g}, {goal[1]:.6g} lies outside of limits.fence"
@@ -90,12 +89,9 @@ def why_refuse_goal(goal: np.ndarray, position: np.ndarray | None, limits: Limit
 
 
 def is_blocked(goal: np.ndarray, scan: Scan, state: State, settings: Settings, mapping: LocalMapping) -> bool:
-    """Returns whether the robot cannot stand within the tolerance of a goal (2,) [m], by what the scan shows.
+    """Returns whether the robot cannot stand within the tolerance of a goal (2,) [m], by a scan taken at `state`.
 
     Wherever it stood it would overlap a surface within the local map.
-
-    Args:
-        state: the robot at the scan's stamp.
     """
     near = np.isfinite(scan.ranges) & (scan.ranges <= mapping.half_side)
     shown = scan.points(state, near)
@@ -110,12 +106,9 @@ RIM, ALL_AROUND = 0.03, 0.55 * math.pi
 
 
 def why_shows_itself(scan: Scan, state: State, radius: float) -> str:
-    """Returns the sentence on a scan that shows the robot of a radius [m] itself; "" where it does not.
+    """Returns the sentence on a scan taken at `state` that shows the robot of a radius [m] itself; else "".
 
     Its beams end inside the robot, or at its rim on all sides, which no wall beside it and no corner does.
-
-    Args:
-        state: the robot at the scan's stamp.
     """
     scan = replace(scan, ranges=np.where(scan.ranges == -np.inf, scan.range_min, scan.ranges))
     hits = scan.points(state, np.isfinite(scan.ranges)) - state.position

@@ -14,19 +14,12 @@ this speed [m/s]."""
 
 
 class Reference(NamedTuple):
-    """A timed path with contacts.
+    """A timed path with contacts."""
 
-    Attributes:
-        times: (n,) strictly rising [s].
-        positions: (n, 2) [m].
-        velocities: (n, 2) [m/s]; at a turn, that after it.
-        turns: (k,) indices of the samples at which the velocity jumps, none of them the first or last.
-    """
-
-    times: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray
-    turns: np.ndarray
+    times: np.ndarray  # (n,) strictly rising [s]
+    positions: np.ndarray  # (n, 2) [m]
+    velocities: np.ndarray  # (n, 2) [m/s]; at a turn, that after it
+    turns: np.ndarray  # (k,) indices of the samples at which the velocity jumps, none of them the first or last
 
 
 def planned_reference(plan: Plan, max_acceleration: float) -> Reference:
@@ -68,11 +61,8 @@ def found_reference(times: np.ndarray, positions: np.ndarray, max_acceleration: 
 
 @njit
 def _with_velocities(times: np.ndarray, positions: np.ndarray, turns: np.ndarray) -> Reference:
-    """The reference with the velocities that its positions have on each stretch between two turns.
-
-    They are those of the steps at their middles, and linear between. A plan's own, which differ where its acceleration
-    jumps, drive the robot slower: by 1 % in 24 serpentines.
-    """
+    """The reference with the velocities that its positions have between turns, linear between the middles of steps."""
+    # A plan's own, which differ where its acceleration jumps, drive the robot slower: by 1 % in 24 serpentines.
     velocities, first = np.empty((len(times), 2)), 0
     for number in range(len(turns) + 1):
         last = turns[number] if number < len(turns) else len(times) - 1

@@ -12,11 +12,9 @@ def why_runaway(speed: float, speed_then: float, stopped_for: float, patience: f
     """Returns in words that a robot does not obey zero; "" where it stands, or may still be braking.
 
     Args:
-        speed: its present speed [m/s].
-        speed_then: its speed when zero was first sent [m/s].
+        speed, speed_then: speed now, and when zero was first sent [m/s].
         stopped_for: time since then [s].
         patience: time allowed beyond the way to brake: delays of the command and of the pose [s].
-        robot: how fast it brakes.
     """
     braking = speed_then / robot.max_acceleration + LAGS * robot.velocity_lag
     if speed <= MOVES or stopped_for <= braking + patience:

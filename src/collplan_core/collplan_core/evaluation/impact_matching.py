@@ -35,20 +35,16 @@ class Prediction:
 
 
 class Verdicts(NamedTuple):
-    """Verdicts of the plans on k impacts.
-
-    Attributes:
-        foreseen: (k,) whether a plan in force foresaw each: a plan made at least NOTICE before it has a contact within
-            TIME_TOLERANCE and DISTANCE_TOLERANCE, and every plan made since, up to AT_ONCE before it, has one too.
-            Within a plan one contact stands for one impact.
-        deliberate: (k,) whether each was foreseen, and faster into the wall than a graze: DELIBERATE_SPEED.
-        rebounds: (k, 3) angle in [0, pi] between the velocity after each and the one that the last plan before it
-            foresaw [rad], the speed foreseen and the one after it [m/s]; NaN where that plan foresaw no such impact.
-    """
+    """Verdicts of the plans on k impacts."""
 
     foreseen: np.ndarray
-    deliberate: np.ndarray
+    """(k,) whether a plan in force foresaw each: a plan made at least NOTICE before it has a contact within
+    TIME_TOLERANCE and DISTANCE_TOLERANCE, and every plan made since, up to AT_ONCE before it, has one too. Within a
+    plan one contact stands for one impact."""
+    deliberate: np.ndarray  # (k,) whether each was foreseen, and faster into the wall than a graze: DELIBERATE_SPEED
     rebounds: np.ndarray
+    """(k, 3) angle in [0, pi] between the velocity after each and the one that the last plan before it foresaw [rad],
+    the speed foreseen and the one after it [m/s]; NaN where that plan foresaw no such impact."""
 
     def kind(self, k: int) -> str:
         """One of KINDS: that of an impact."""
@@ -58,10 +54,8 @@ class Verdicts(NamedTuple):
 def judge_impacts(impacts: Sequence[Impact], predictions: Sequence[Prediction]) -> Verdicts:
     """Judges which impacts were foreseen, which were deliberate, and how well their rebounds were foreseen.
 
-    Args:
-        impacts: k impacts.
-        predictions: one of every plan of the run, also of those that foresee nothing, in order of `made`. Those made
-            more than KEPT before an impact make no difference to it.
+    Predictions: one of every plan of the run, also of those that foresee nothing, in order of `made`. Those made more
+    than KEPT before an impact make no difference to it.
     """
     made = np.array([p.made for p in predictions])
     matches = np.array([match_contacts(impacts, p.contacts) for p in predictions], dtype=int)

@@ -18,15 +18,11 @@ ACTUATION_NOISE, ACTUATION_BIAS = 0.06, 0.03
 
 @dataclass(frozen=True)
 class Timing:
-    """The real-time factor and the longest gap of a graph.
-
-    Attributes:
-        factor: simulated seconds that passed in a second; None where it is not known, or the robot is not simulated.
-        gap: longest time between two commands [s, wall clock].
-    """
+    """The real-time factor and the longest gap of a graph."""
 
     factor: float | None = None
-    gap: float = 0.0
+    """Simulated seconds that passed in a second; None where it is not known, or the robot is not simulated."""
+    gap: float = 0.0  # longest time between two commands [s, wall clock]
 
 
 def pace_words(factor: float | None) -> str:
@@ -41,7 +37,6 @@ def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> 
     fast as real time.
 
     Args:
-        timing: timing of the graph.
         speed_factor: simulated seconds wanted in a second; 0 for as many as there can be.
         command_age: age at which a robot follows its last command no more [s].
     """
@@ -121,15 +116,11 @@ def drive_noise_hint(settings: Settings) -> str:
 
 
 class RunMonitor:
-    """Detects from the poses a run that takes too long or makes no progress; times are of a clock without steps [s].
-
-    Attributes:
-        reason: the reason why the run has ended; "" while it goes on.
-    """
+    """Detects from the poses a run that takes too long or makes no progress; times are of a clock without steps [s]."""
 
     def __init__(self, limits: Trial, given: float) -> None:
         """`given` is the time at which the goal was given [s]."""
-        self.reason = ""
+        self.reason = ""  # the reason why the run has ended; "" while it goes on
         self._limits = limits
         self._given = given
         self._begun: float | None = None
@@ -148,15 +139,11 @@ class RunMonitor:
             self._taken = maneuver in (HAND, WAITING)
 
     def outcome(self, stamp: float, position: np.ndarray) -> str | None:
-        """TIMEOUT or STUCK, or None while the run goes on.
+        """TIMEOUT or STUCK by the newest pose, its time [s] and position (2,) [m]; None while the run goes on.
 
         TIMEOUT: trial.timeout has passed since the first plan. STUCK: the robot has stayed within trial.stuck_distance
         for trial.stuck_time since the first plan, was not driven by hand and did not wait for what moves; or
         trial.timeout has passed without a plan.
-
-        Args:
-            stamp: time of the newest pose [s].
-            position: position of the newest pose (2,) [m].
         """
         limits, place = self._limits, position.tolist()
         if self._begun is None:

@@ -28,25 +28,17 @@ BACK = 0.8
 
 
 class Bank(NamedTuple):
-    """Filters of all combinations of d delays, n largest accelerations and k lags, in this order.
+    """Filters of all combinations of d delays, n largest accelerations and k lags, in this order."""
 
-    Attributes:
-        delays: (d,) [s]; accelerations: (n,) [m/s^2]; lags: (k,) [s].
-        means: (d n k, 4) [m], [m/s]; covariances: (d n k, 4, 4).
-        scores, prior: (d n k,) logarithms of posterior and prior, the best score being 0.
-        told: (d n k,) logarithm of the likelihood of the newest position; of a model asleep that of the best.
-        awake: (d n k,) bool.
-    """
-
-    delays: np.ndarray
-    accelerations: np.ndarray
-    lags: np.ndarray
-    means: np.ndarray
-    covariances: np.ndarray
-    scores: np.ndarray
+    delays: np.ndarray  # (d,) [s]
+    accelerations: np.ndarray  # (n,) [m/s^2]
+    lags: np.ndarray  # (k,) [s]
+    means: np.ndarray  # (d n k, 4) [m], [m/s]
+    covariances: np.ndarray  # (d n k, 4, 4)
+    scores: np.ndarray  # scores, prior: (d n k,) logarithms of posterior and prior, the best score being 0
     prior: np.ndarray
-    told: np.ndarray
-    awake: np.ndarray
+    told: np.ndarray  # (d n k,) logarithm of the likelihood of the newest position; of a model asleep that of the best
+    awake: np.ndarray  # (d n k,) bool
 
 
 @njit
@@ -55,14 +47,14 @@ def compare(
 ) -> tuple[float, float, bool]:
     """Moves the models awake from `begin` on [s], and lets them take a pose but for an outlier.
 
+    Returns the square of the best one's error, how far apart the models are by what the pose told, and if it is an
+    outlier.
+
     Args:
         fields: fields of a Bank: a plain tuple costs a fifth of a named one to hand over.
         commands: as in `foresee`.
         pose: stamp [s], x, y [m], yaw [rad]; variance: of its position by axis [m^2]; best: the best model.
         most: square of an error, of `judge`, of an outlier, and by how much the best may be behind the nearest.
-
-    Returns:
-        square of the error of the best, how far apart the models are by what the pose told, and if it is an outlier.
     """
     bank, (stamp, x, y, yaw), (outlier, behind) = Bank(*fields), pose, most
     foresee(bank, commands, begin, stamp, yaw)
@@ -77,9 +69,7 @@ def compare(
 def foresee(bank: Bank, commands: np.ndarray, begin: float, end: float, yaw: float) -> None:
     """Moves the models awake from `begin` to `end` [s], under the mean of the commands that act then.
 
-    Args:
-        commands: (k, 3) when each was sent [s] and its velocity [m/s, body frame]; rest before these.
-        yaw: heading of the body [rad].
+    Commands (k, 3): when each was sent [s] and its velocity [m/s, body frame]; rest before these. Heading: yaw [rad].
     """
     dt, m, room = end - begin, 0, np.zeros((8, 2))
     shares = 1.0 - np.exp(-dt / bank.lags)
@@ -109,10 +99,8 @@ def _mean_command(commands: np.ndarray, begin: float, end: float) -> tuple[float
 def _advance(
     mean: np.ndarray, p: np.ndarray, a_max: float, share: float, u: tuple[float, float], dt: float, room: np.ndarray
 ) -> None:
-    """Mean and covariance p after dt [s], in which `share` of a small gap closes, under command u [m/s].
-
-    `room` (8, 2) is to work in: how position and velocity after it follow from the velocity before, and a product.
-    """
+    """Mean and covariance p after dt [s], in which `share` of a small gap closes, under command u [m/s]."""
+    # `room` (8, 2): how position and velocity after it follow from the velocity before, and a product.
     gx, gy = u[0] - mean[2], u[1] - mean[3]
     gap, error = math.sqrt(gx * gx + gy * gy), WHEEL_ERROR * WHEEL_ERROR
     direction = (gx / gap, gy / gap) if gap > 1e-9 else (1.0, 0.0)
@@ -154,10 +142,9 @@ def _advance(
 
 @njit
 def judge(bank: Bank, x: float, y: float, variance: float, best: int) -> tuple[float, float]:
-    """Fills what a position [m] with a variance by axis [m^2] tells.
+    """Fills what a position [m] of a variance by axis [m^2] tells; returns two squared errors in standard deviations.
 
-    Returns:
-        square of its distance from what a model `best` foresaw, in standard deviations, and the smallest of all.
+    They are of what a model `best` foresaw, and the smallest of all.
     """
     of_best = least = math.inf
     for m in np.flatnonzero(bank.awake):

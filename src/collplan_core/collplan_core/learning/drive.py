@@ -24,16 +24,11 @@ WORDS = ("like {:.2f} m/s^2", "with a lag of {:.2f} s", "with a delay of {:.2f} 
 
 
 class Drive(NamedTuple):
-    """The constants of the velocity law that planner and controller use.
+    """The constants of the velocity law that planner and controller use."""
 
-    Attributes:
-        max_acceleration: [m/s^2]; lag: [s].
-        delay: from a pose's stamp to the wheels [s].
-    """
-
-    max_acceleration: float
-    lag: float
-    delay: float
+    max_acceleration: float  # [m/s^2]
+    lag: float  # [s]
+    delay: float  # from a pose's stamp to the wheels [s]
 
 
 class Learnt(NamedTuple):

@@ -56,15 +56,11 @@ class _Pose(NamedTuple):
 
 
 class DriveLearner:
-    """Takes commands and poses in the order of time, all times on the poses' clock [s].
-
-    Attributes:
-        belief: the drive that the parameters tell.
-        driven: time of driving that told drives apart [s].
-    """
+    """Takes commands and poses in the order of time, all times on the poses' clock [s]."""
 
     def __init__(self, belief: Drive, pose_noise: float) -> None:
         """Begins with what the parameters tell, and the deviation of a measured position by axis [m]."""
+        # belief: the drive that the parameters tell; driven: time of driving that told drives apart [s]
         self.belief, self.driven = belief, 0.0
         at = math.log(belief.max_acceleration), math.log(max(belief.lag, LEAST_LAG)), belief.delay
         self._nodes = (

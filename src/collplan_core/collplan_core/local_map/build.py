@@ -56,11 +56,9 @@ def map_of_surfaces(
     returns: SortedReturns = ALL_STANDS,
     unseen: Unseen = ALL_SEEN,
 ) -> LocalMap:
-    """The local map from the surfaces in a scan, and the pose at its stamp. Paper: II-A.
+    """The local map from the surfaces in a scan, those of movers left out, and the pose at its stamp. Paper: II-A.
 
-    Args:
-        returns: kinds of the scan's returns; the surfaces are without those of movers.
-        unseen: what the scan has out of view.
+    `returns` are the kinds of the scan's returns, `unseen` is what it has out of view.
     """
     stages = _build(found, robot.radius, mapping.half_side, mapping.n_rays)
     free, frontiers = stages.free, stages.frontiers

@@ -13,33 +13,21 @@ from collplan_core.plane import nearest_on_segment
 
 @dataclass(frozen=True, eq=False)
 class ContactPoint:
-    """Engaging point p_c, where a reference first leaves F through an observed boundary.
+    """Engaging point p_c, where a reference first leaves F through an observed boundary."""
 
-    Attributes:
-        index: first sample of the reference beyond the boundary.
-        share: place between the samples index - 1 and index, in [0, 1].
-        point: (2,) position of the disc's centre there [m].
-        direction: (2,) unit direction of the reference there.
-        normal: (2,) unit normal out of the obstacle.
-        surface: number of the observed surface in its map.
-    """
-
-    index: int
-    share: float
-    point: np.ndarray
-    direction: np.ndarray
-    normal: np.ndarray
-    surface: int
+    index: int  # first sample of the reference beyond the boundary
+    share: float  # place between the samples index - 1 and index, in [0, 1]
+    point: np.ndarray  # (2,) position of the disc's centre there [m]
+    direction: np.ndarray  # (2,) unit direction of the reference there
+    normal: np.ndarray  # (2,) unit normal out of the obstacle
+    surface: int  # number of the observed surface in its map
 
 
 @njit
 def _first_exit(
     border: np.ndarray, surface: np.ndarray, shadow: np.ndarray, path: np.ndarray
 ) -> tuple[int, float, int]:
-    """Sample at which the path leaves F through a boundary (-1: never), share of the last step, direction met.
-
-    The path is relative to the centre of F.
-    """
+    """Sample at which a path from F's centre leaves F by a boundary (-1: never), share of its step, direction met."""
     for i in range(1, len(path)):
         if inside(border, path[i, 0], path[i, 1]):
             continue
@@ -114,11 +102,9 @@ def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: f
 
 @njit
 def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
-    """Returns whether the path, beyond the numbered surface from sample `first`, ends there or goes deeper than GRAZE.
-
-    It is no longer beyond it where it is in F again or behind a frontier, or where it goes round the end of what is
-    seen of the surface. `free` is border, surface and shadow of F.
-    """
+    """Whether the path, beyond the numbered surface from sample `first`, ends there or goes deeper than GRAZE."""
+    # It is no longer beyond where it is in F again or behind a frontier, or goes round the end of what is seen of the
+    # surface. `free` is border, surface and shadow of F.
     border, surface, shadow = free
     depth = 0.0
     for i in range(first, len(path)):

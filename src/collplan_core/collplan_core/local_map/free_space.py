@@ -21,21 +21,13 @@ SIGHT_STEP = 0.02
 
 
 class FreeSpace(NamedTuple):
-    """F in n directions around its centre; direction k is the bearing 2 pi k / n.
+    """F in n directions around its centre; direction k is the bearing 2 pi k / n."""
 
-    Attributes:
-        reach: (n,) free distance of the disc's centre [m].
-        border: (n, 2) where F ends [m].
-        surface: (n,) number of the observed surface that ends it, or MAP_BORDER or UNSEEN_SURFACE.
-        normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
-        straight: (n,) whether it ends at a straight face.
-    """
-
-    reach: np.ndarray
-    border: np.ndarray
-    surface: np.ndarray
-    normals: np.ndarray
-    straight: np.ndarray
+    reach: np.ndarray  # (n,) free distance of the disc's centre [m]
+    border: np.ndarray  # (n, 2) where F ends [m]
+    surface: np.ndarray  # (n,) number of the observed surface that ends it, or MAP_BORDER or UNSEEN_SURFACE
+    normals: np.ndarray  # (n, 2) unit normal out of the observed surface; zero elsewhere
+    straight: np.ndarray  # (n,) whether it ends at a straight face
 
 
 @njit
@@ -151,11 +143,9 @@ def _beams_at(place: float, m: int, sweep: Sweep) -> tuple[int, int]:
 
 @njit
 def _limits_by_beams(found: SeenSurfaces, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the limit that the nearest beam sets in each of n directions (n,) [m], and the surface it saw (n,).
-
-    Between two beams on one surface the pieces alone set the limit; elsewhere the nearest beam counts, so that a sparse
-    scan does not leak past the end of a surface. For beams that begin at the centre; `_end_where_unseen` for others.
-    """
+    """Returns the limit of the nearest beam in each of n directions (n,) [m], and the surface it saw (n,)."""
+    # Between two beams on one surface the pieces alone set the limit; elsewhere the nearest beam counts: else a sparse
+    # scan leaks past the end of a surface. For beams that begin at the centre; `_end_where_unseen` for others.
     sweep, kind, distance, joined = found.sweep, found.kind, found.distance, found.joined
     m = len(kind)
     limit, seen = np.full(n, math.inf), np.full(n, MAP_BORDER)
@@ -177,10 +167,8 @@ def _limits_by_beams(found: SeenSurfaces, n: int) -> tuple[np.ndarray, np.ndarra
 
 @njit
 def _what_hides(x: float, y: float, found: SeenSurfaces, guess: int) -> tuple[int, int]:
-    """Returns the surface hiding a point from the beams beside it, MAP_BORDER where none does, and the nearest beam.
-
-    Between two beams on one surface the farther of them counts, elsewhere the nearest beam.
-    """
+    """Returns the surface hiding a point from the beams beside it, MAP_BORDER where none does, and the nearest beam."""
+    # Between two beams on one surface the farther of them counts, elsewhere the nearest beam.
     m = len(found.kind)
     place = place_towards(x, y, found.origins, found.sweep.first, found.sweep.step, guess)
     before, nearest = _beams_at(place, m, found.sweep)
@@ -199,10 +187,8 @@ def _what_hides(x: float, y: float, found: SeenSurfaces, guess: int) -> tuple[in
 
 @njit
 def _end_where_unseen(found: SeenSurfaces, radius: float, directions: np.ndarray, free: FreeSpace) -> None:
-    """Shortens the directions at the first place that no beam sees: beams that begin elsewhere see past other edges.
-
-    The robot itself is where its disc is, which is therefore free.
-    """
+    """Shortens the directions at the first place that no beam sees: beams that begin elsewhere see past other edges."""
+    # The robot itself is where its disc is, which is therefore free.
     reach, _, surface, normals, straight = free
     guess = 0
     for k in range(len(reach)):
@@ -226,10 +212,9 @@ def _end_where_unseen(found: SeenSurfaces, radius: float, directions: np.ndarray
 
 @njit
 def free_space(found: SeenSurfaces, radius: float, box: np.ndarray, n: int) -> FreeSpace:
-    """F in n directions around the origin. Paper: II-A.
+    """F in n directions around the origin, from which the surfaces are seen. Paper: II-A.
 
     Args:
-        found: the surfaces in the scan, seen from the origin.
         radius: radius of the disc by which they are grown [m].
         box: (4,) the map's border x_min, y_min, x_max, y_max [m].
     """

@@ -17,19 +17,12 @@ ALONG = 0.1  # sine of the angle within which a step counts as along a face
 
 
 class Frontiers(NamedTuple):
-    """Straight frontier segments, counter-clockwise around the centre.
+    """Straight frontier segments, counter-clockwise around the centre."""
 
-    Attributes:
-        segments: (m, 4) x0, y0, x1, y1 [m].
-        kind: (m,) SHADOW_EDGE or BORDER_RUN.
-        number: (m,) the frontier B_i a segment belongs to.
-        open_side: (m, 2) whether F is seen to be open on its clockwise, on its counter-clockwise side.
-    """
-
-    segments: np.ndarray
-    kind: np.ndarray
-    number: np.ndarray
-    open_side: np.ndarray
+    segments: np.ndarray  # (m, 4) x0, y0, x1, y1 [m]
+    kind: np.ndarray  # (m,) SHADOW_EDGE or BORDER_RUN
+    number: np.ndarray  # (m,) the frontier B_i a segment belongs to
+    open_side: np.ndarray  # (m, 2) whether F is seen to be open on its clockwise, on its counter-clockwise side
 
 
 @njit

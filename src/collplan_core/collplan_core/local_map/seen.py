@@ -23,34 +23,21 @@ BEHIND = 3
 
 
 class SeenSurfaces(NamedTuple):
-    """What the n beams of a scan met, in counter-clockwise order, along the world's axes from the robot's centre.
+    """What the n beams of a scan met, in counter-clockwise order, along the world's axes from the robot's centre."""
 
-    Attributes:
-        stamp: stamp of the scan [s].
-        sweep: geometry of the beams.
-        kind: (n,) HIT, OPEN or UNSEEN.
-        distance: (n,) range of a hit, inf where open, 0 where unseen [m].
-        hits: (n, 2) points met [m]; zero without a hit.
-        joined: (n,) whether beam i and the next one see one surface.
-        pieces: (m, 4) straight pieces x0, y0, x1, y1 along the surfaces [m].
-        owner: (m,) number of the surface a piece is of.
-        surface_of: (n,) number of the surface a beam met, -1 without a hit.
-        piece_of: (n,) number of the piece between whose ends a beam met it, -1 at its ends and without a hit.
-        origins: (n, 3) where each begins x, y [m], and how much farther than `sweep` says it is turned [rad]; (0, 3)
-            where all begin at the robot's centre.
-    """
-
-    stamp: float
-    sweep: Sweep
-    kind: np.ndarray
-    distance: np.ndarray
-    hits: np.ndarray
-    joined: np.ndarray
-    pieces: np.ndarray
-    owner: np.ndarray
-    surface_of: np.ndarray
-    piece_of: np.ndarray
+    stamp: float  # stamp of the scan [s]
+    sweep: Sweep  # geometry of the beams
+    kind: np.ndarray  # (n,) HIT, OPEN or UNSEEN
+    distance: np.ndarray  # (n,) range of a hit, inf where open, 0 where unseen [m]
+    hits: np.ndarray  # (n, 2) points met [m]; zero without a hit
+    joined: np.ndarray  # (n,) whether beam i and the next one see one surface
+    pieces: np.ndarray  # (m, 4) straight pieces x0, y0, x1, y1 along the surfaces [m]
+    owner: np.ndarray  # (m,) number of the surface a piece is of
+    surface_of: np.ndarray  # (n,) number of the surface a beam met, -1 without a hit
+    piece_of: np.ndarray  # (n,) number of the piece between whose ends a beam met it, -1 at its ends and without a hit
     origins: np.ndarray
+    """(n, 3) where each begins x, y [m], and how much farther than `sweep` says it is turned [rad]; (0, 3) where all
+    begin at the robot's centre."""
 
 
 def seen_surfaces(scan: Scan, state: State) -> SeenSurfaces:
@@ -67,10 +54,8 @@ def seen_surfaces(scan: Scan, state: State) -> SeenSurfaces:
 
 
 def _around_robot(scan: Scan, state: State) -> np.ndarray:
-    """(n, 3) x, y [m], seen from the robot's centre along the world's axes, and yaw [rad], seen from the robot's.
-
-    Of the sensor at each beam; (0, 3) where it is at the robot's centre all the time.
-    """
+    """(n, 3) sensor at each beam: x, y from the robot's centre along the world's axes [m], yaw in the robot [rad]."""
+    # (0, 3) where it is at the robot's centre all the time.
     if scan.sensor_poses is None:
         return np.zeros((0, 3))
     return np.column_stack([rotate_rows(scan.sensor_poses[:, :2], state.yaw), scan.sensor_poses[:, 2]])

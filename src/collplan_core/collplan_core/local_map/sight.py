@@ -27,7 +27,6 @@ def sight_angle(
     Args:
         reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
         x, y: the candidate relative to the centre of F [m].
-        clockwise, counter_clockwise: the open sides of its frontier.
         sight_distance: distance over which a direction must be free to count [m].
     """
     n = len(reach)

@@ -11,23 +11,14 @@ HIT, OPEN, UNSEEN = 0, 1, 2
 
 
 class Sweep(NamedTuple):
-    """Geometry of a scan's beams, and the limits within which two of them see one surface.
+    """Geometry of a scan's beams, and the limits within which two of them see one surface."""
 
-    Attributes:
-        first: bearing of the first beam [rad, world frame].
-        step: angle from beam to beam [rad], above 0.
-        closed: whether the first beam follows the last one.
-        range_min: nearest range a beam measures [m].
-        grazing: smallest angle between beam and surface that joins two hits by their distance alone [rad].
-        tolerance: distance of a hit from a straight piece, or from a line, within which it lies on it [m].
-    """
-
-    first: float
-    step: float
-    closed: bool
-    range_min: float
-    grazing: float
-    tolerance: float
+    first: float  # bearing of the first beam [rad, world frame]
+    step: float  # angle from beam to beam [rad], above 0
+    closed: bool  # whether the first beam follows the last one
+    range_min: float  # nearest range a beam measures [m]
+    grazing: float  # smallest angle between beam and surface that joins two hits by their distance alone [rad]
+    tolerance: float  # distance of a hit from a straight piece, or from a line, within which it lies on it [m]
 
 
 @njit
@@ -59,11 +50,9 @@ def _off_line(px: float, py: float, ax: float, ay: float, bx: float, by: float) 
 
 @njit
 def _are_joined(hits: np.ndarray, distance: np.ndarray, before: int, i: int, j: int, after: int, sweep: Sweep) -> bool:
-    """Returns whether hits i and j, one beam apart, lie on one surface; before, after: their neighbours, -1 for none.
-
-    Either their distance is one that a wall at the grazing angle explains (adaptive breakpoint, Borges and Aldon
-    2004), or one of them lies on the line through the other and its own neighbour: a wall at a still flatter angle.
-    """
+    """Whether hits i and j, one beam apart, lie on one surface; before, after: their neighbours, -1 for none."""
+    # Either their distance is one that a wall at the grazing angle explains (adaptive breakpoint, Borges and Aldon
+    # 2004), or one of them lies on the line through the other and its own neighbour: a wall at a still flatter angle.
     gap = math.hypot(hits[j, 0] - hits[i, 0], hits[j, 1] - hits[i, 1])
     flattest = max(sweep.grazing, 1.5 * sweep.step)
     if gap <= min(distance[i], distance[j]) * math.sin(sweep.step) / math.sin(flattest - sweep.step):

@@ -17,34 +17,22 @@ MOST = 40
 
 @dataclass(frozen=True, eq=False)
 class Driven:
-    """A drive as arrays.
+    """A drive as arrays."""
 
-    Attributes:
-        times: (n,) of the poses, rising [s]; poses: (n, 3) x, y [m] and yaw, not wrapped [rad].
-        stamps: (m,) of the scans, as their messages give them [s]; ranges: (m, k) [m], NaN where nothing was met.
-        angles: (k,) of the beams, as the messages count them [rad].
-        between: time from beam to beam [s]; 0 where all are of one instant.
-    """
-
-    times: np.ndarray
-    poses: np.ndarray
-    stamps: np.ndarray
-    ranges: np.ndarray
-    angles: np.ndarray
-    between: float
+    times: np.ndarray  # (n,) of the poses, rising [s]
+    poses: np.ndarray  # (n, 3) x, y [m] and yaw, not wrapped [rad]
+    stamps: np.ndarray  # (m,) of the scans, as their messages give them [s]
+    ranges: np.ndarray  # (m, k) [m], NaN where nothing was met
+    angles: np.ndarray  # (k,) of the beams, as the messages count them [rad]
+    between: float  # time from beam to beam [s]; 0 where all are of one instant
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Pairs of scans between which the robot moved.
+    """Pairs of scans between which the robot moved."""
 
-    Attributes:
-        scans: (p, 2) int, of the earlier and of the later scan.
-        turned, went: (p,) how far between them [rad], [m].
-    """
-
-    scans: np.ndarray
-    turned: np.ndarray
+    scans: np.ndarray  # (p, 2) int, of the earlier and of the later scan
+    turned: np.ndarray  # turned, went: (p,) how far between them [rad], [m]
     went: np.ndarray
 
     @property

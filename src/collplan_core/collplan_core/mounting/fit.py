@@ -33,30 +33,20 @@ FARTHEST = 1.0
 
 @dataclass(frozen=True, eq=False)
 class MountFit:
-    """The mount found.
+    """The mount found."""
 
-    Attributes:
-        mount: the mount, whose sweep is the one given where the scans do not tell.
-        uncertainty: (4,) of start [s], x, y [m] and heading [rad]: the truth is within it in 95 of 100.
-        known: (4,) bool, whether each was shown.
-        sweep_known: whether the sweep was shown.
-        clear: whether heading and sense of rotation are preferred clearly; else nothing is known.
-        agreement: mean distance of the returns from the surfaces of the other scan [m].
-    """
-
-    mount: Mount
-    uncertainty: np.ndarray
-    known: np.ndarray
-    sweep_known: bool
-    clear: bool
-    agreement: float
+    mount: Mount  # the mount, whose sweep is the one given where the scans do not tell
+    uncertainty: np.ndarray  # (4,) of start [s], x, y [m] and heading [rad]: the truth is within it in 95 of 100
+    known: np.ndarray  # (4,) bool, whether each was shown
+    sweep_known: bool  # whether the sweep was shown
+    clear: bool  # whether heading and sense of rotation are preferred clearly; else nothing is known
+    agreement: float  # mean distance of the returns from the surfaces of the other scan [m]
 
 
 def fit_mount(driven: Driven, given: int, said: Callable[[float], None] = lambda share: None) -> MountFit | None:
     """Fits mount, stamp and sweep with nothing told; None where the robot hardly moved.
 
     Args:
-        driven: the drive.
         given: sweep as it is set, which is kept where the scans do not tell, as in `Mount.sweep`.
         said: takes the share of the work that is done.
     """
@@ -151,10 +141,8 @@ def _is_clearly(driven: Driven, pairs: Pairs, best: Mount, other: Mount) -> bool
 
 
 def _spread(driven: Driven, pairs: Pairs, best: Mount, said: Callable[[float], None]) -> np.ndarray:
-    """(4,) standard deviations of start [s], x, y [m] and heading [rad] over pairs drawn anew.
-
-    Each fit begins elsewhere: a value that the motion does not show stays where it began, and so is seen to be unknown.
-    """
+    """(4,) standard deviations of start [s], x, y [m] and heading [rad] over pairs drawn anew."""
+    # Each fit begins elsewhere: a value that the motion does not show stays where it began, and is seen to be unknown.
     random, found = np.random.default_rng(0), []
     for draw in range(DRAWS):
         late, x, y, yaw = (np.array([best.late, best.x, best.y, best.yaw]) + random.normal(0.0, 0.07, 4)).tolist()

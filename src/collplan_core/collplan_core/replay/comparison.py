@@ -19,20 +19,15 @@ from collplan_core.worlds.file import parse_text
 
 
 class Player:
-    """A loop, with the external answers recorded in a journal.
-
-    Attributes:
-        loop: loop of the planner or the controller.
-        stamp: stamp of the newest pose given to it [s]; None before the first.
-    """
+    """A loop, with the external answers recorded in a journal."""
 
     def __init__(self, of: str, beginning: Beginning) -> None:
         """Makes the loop anew, of PLANNER or CONTROLLER."""
-        self.stamp: float | None = None
+        self.stamp: float | None = None  # stamp of the newest pose given to it [s]; None before the first
         self._forbidden: deque[str] = deque()
         self._looks: deque[int | None] = deque()
         settings = beginning.settings
-        self.loop: PlannerLoop | ControllerLoop
+        self.loop: PlannerLoop | ControllerLoop  # loop of the planner or the controller
         if of == PLANNER:
             text = beginning.known_map
             known_map = first_memory(settings, None if text is None else parse_text(text, "known_map", ""))
@@ -67,17 +62,11 @@ class Player:
 
 @dataclass(frozen=True)
 class Difference:
-    """The first difference between a recording and its replay.
+    """The first difference between a recording and its replay."""
 
-    Attributes:
-        stamp: stamp of the newest pose then [s]; None before the first.
-        where: keys that lead to the value.
-        recorded, replayed: the value then and now.
-    """
-
-    stamp: float | None
-    where: str
-    recorded: Any
+    stamp: float | None  # stamp of the newest pose then [s]; None before the first
+    where: str  # keys that lead to the value
+    recorded: Any  # recorded, replayed: the value then and now
     replayed: Any
 
     def __str__(self) -> str:
@@ -87,15 +76,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class Interruption:
-    """Interruption of a recording, which ends before the run did.
+    """Interruption of a recording, which ends before the run did."""
 
-    Attributes:
-        stamp: stamp of the newest pose before [s]; None before the first.
-        reason: the missing part.
-    """
-
-    stamp: float | None
-    reason: str
+    stamp: float | None  # stamp of the newest pose before [s]; None before the first
+    reason: str  # the missing part
 
     def __str__(self) -> str:
         at = "before the first pose" if self.stamp is None else f"after {self.stamp:.3f} s"
@@ -104,19 +88,13 @@ class Interruption:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Comparison of a loop from its start on, as far as it was equal.
+    """Comparison of a loop from its start on, as far as it was equal."""
 
-    Attributes:
-        calls, plans, commands: numbers of equal ones.
-        end: reason why the comparison ended early; None where it reached the end.
-        beginning: inputs that the loop was made with; None where the beginning is missing.
-    """
-
-    calls: int = 0
+    calls: int = 0  # calls, plans, commands: numbers of equal ones
     plans: int = 0
     commands: int = 0
-    end: Difference | Interruption | None = None
-    beginning: Beginning | None = None
+    end: Difference | Interruption | None = None  # reason why the comparison ended early; None where it reached the end
+    beginning: Beginning | None = None  # inputs that the loop was made with; None where the beginning is missing
 
 
 def compare(of: str, events: Iterable[Event]) -> Iterator[Comparison]:

@@ -75,11 +75,7 @@ class Journal:
     """
 
     def __init__(self, of: str, send: Callable[[str], None] | None = None) -> None:
-        """Hands each line to `send`; without it nothing is kept, and nothing costs time.
-
-        Args:
-            of: the loop, PLANNER or CONTROLLER.
-        """
+        """Hands each line of a loop, PLANNER or CONTROLLER, to `send`; without it nothing is kept or costs time."""
         self._of = of
         self._send = send
         self._number = 0

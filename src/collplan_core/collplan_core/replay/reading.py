@@ -13,36 +13,23 @@ from collplan_core.replay.values import JournalError, decode
 
 @dataclass(frozen=True)
 class Beginning:
-    """The start of a loop.
+    """The start of a loop."""
 
-    Attributes:
-        settings: settings that it is made with.
-        known_map: text of the world file given to the planner; None where it is given none.
-        made_with: code and machine, by name.
-    """
-
-    settings: Settings
-    known_map: str | None
-    made_with: Mapping[str, str]
+    settings: Settings  # settings that it is made with
+    known_map: str | None  # text of the world file given to the planner; None where it is given none
+    made_with: Mapping[str, str]  # code and machine, by name
 
 
 @dataclass(frozen=True)
 class Call:
-    """A call of the loop.
+    """A call of the loop."""
 
-    Attributes:
-        name: name of the method.
-        args: its arguments.
-        forbidden: answers to its queries why it is forbidden to act; empty where it never was.
-        deadline_checks: number of looks at each deadline before that passed; None where it did not pass.
-        result: the outcome, as JSON.
-    """
-
-    name: str
-    args: tuple[Any, ...]
-    forbidden: tuple[str, ...] = ()
+    name: str  # name of the method
+    args: tuple[Any, ...]  # its arguments
+    forbidden: tuple[str, ...] = ()  # answers to its queries why it is forbidden to act; empty where it never was
     deadline_checks: tuple[int | None, ...] = ()
-    result: Any = None
+    """Number of looks at each deadline before that passed; None where it did not pass."""
+    result: Any = None  # the outcome, as JSON
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ def change_by_touch(velocity: np.ndarray, towards: np.ndarray | None, restitutio
     Args:
         velocity: (2,) before the touch [m/s].
         towards: (2,) unit direction to the obstacle; None where it is not felt: then it is that of the motion.
-        restitution: share of the speed into the obstacle that is returned.
     """
     speed = math.hypot(*velocity.tolist())
     if speed == 0.0:

@@ -59,21 +59,13 @@ _UNKNOWNS = 5
 
 
 class ImpactLaw(NamedTuple):
-    """Criteria by which poses show an impact.
+    """Criteria by which poses show an impact."""
 
-    Attributes:
-        window: time within which a change of velocity counts as an impact [s].
-        least_change: smallest change of velocity that counts as one [m/s].
-        position_deviation: standard deviation of a measured position by axis [m].
-        acceleration_deviation: standard deviation of an acceleration by axis [m/s^2].
-        most_speed: largest speed of the robot [m/s].
-    """
-
-    window: float
-    least_change: float
-    position_deviation: float
-    acceleration_deviation: float
-    most_speed: float
+    window: float  # time within which a change of velocity counts as an impact [s]
+    least_change: float  # smallest change of velocity that counts as one [m/s]
+    position_deviation: float  # standard deviation of a measured position by axis [m]
+    acceleration_deviation: float  # standard deviation of an acceleration by axis [m/s^2]
+    most_speed: float  # largest speed of the robot [m/s]
 
 
 def top_speed(robot: Robot) -> float:
@@ -92,25 +84,16 @@ def impact_law(robot: Robot, mocap: Mocap, shown: float = 0.0) -> ImpactLaw:
 
 
 class FittedImpact(NamedTuple):
-    """The least-squares fit with an impact at one tried time.
+    """The least-squares fit with an impact at one tried time."""
 
-    Attributes:
-        score: change of velocity, in standard deviations; 0 where there is no impact.
-        first_after: index of the first pose after the impact, at least FEWEST_BEFORE.
-        time: time of the impact [s].
-        x, y: centre of the robot then [m].
-        before_x, before_y: velocity before it [m/s].
-        change_x, change_y: change of the velocity [m/s].
-    """
-
-    score: float
-    first_after: int
-    time: float
-    x: float
+    score: float  # change of velocity, in standard deviations; 0 where there is no impact
+    first_after: int  # index of the first pose after the impact, at least FEWEST_BEFORE
+    time: float  # time of the impact [s]
+    x: float  # x, y: centre of the robot then [m]
     y: float
-    before_x: float
+    before_x: float  # before_x, before_y: velocity before it [m/s]
     before_y: float
-    change_x: float
+    change_x: float  # change_x, change_y: change of the velocity [m/s]
     change_y: float
 
 

@@ -17,11 +17,7 @@ from collplan_core.state import State
 def poses_of_sensor(robot: np.ndarray, mount: tuple[float, float, float]) -> np.ndarray:
     """(n, 3) x, y [m] and yaw [rad], not wrapped, of a sensor on a robot at each of the poses `robot` (n, 3).
 
-    At the centre of the robot these are its own poses, not a copy of them.
-
-    Args:
-        robot: x, y [m] and yaw [rad] of the robot.
-        mount: mounting pose of the sensor: x forward, y to the left [m], and heading [rad].
+    At the centre of the robot these are its own poses, not a copy of them. Mount: x forward, y left [m], heading [rad].
     """
     if not any(mount):
         return robot
@@ -63,11 +59,8 @@ def placed(scan: Scan, beams: np.ndarray, state: State, mount: ScanInput) -> Sca
 def placed_among(scan: Scan, state: State, states: Collection[State], mount: ScanInput) -> Scan:
     """Returns the usable part of a recorded scan, with the sensor's poses; it waits for no pose.
 
-    Args:
-        scan: the scan; beams beyond the states are placed by the first or the last of them.
-        state: the robot at its stamp.
-        states: states around that time, in order, at least one.
-        mount: mounting pose of the sensor on the robot.
+    `state` is the robot at the stamp; `states` are around that time, in order, at least one. Beams beyond them are
+    placed by the first or the last of them.
     """
     scan, robot = used_scan(scan, mount), poses_along(states, _instants(scan))
     return placed(scan, poses_of_sensor(robot, mount.offset), state, mount)

@@ -29,19 +29,12 @@ METRES = {"m": 1.0, "mm": 0.001}
 
 @dataclass(frozen=True)
 class MeasuredPose:
-    """A body as a receiver reports it, unchecked, in the motion capture's units and axes.
+    """A body as a receiver reports it, unchecked, in the motion capture's units and axes."""
 
-    Attributes:
-        frame: name of its coordinate frame, None where it has none.
-        stamp: [s]; None where it has none.
-        position: x, y, z.
-        quaternion: x, y, z, w.
-    """
-
-    frame: str | None
-    stamp: float | None
-    position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
+    frame: str | None  # name of its coordinate frame, None where it has none
+    stamp: float | None  # [s]; None where it has none
+    position: tuple[float, float, float]  # x, y, z
+    quaternion: tuple[float, float, float, float]  # x, y, z, w
 
     def repeats(self, other: "MeasuredPose | None") -> bool:
         """Returns whether it equals the other to the last bit, as from a motion capture that holds its last value."""

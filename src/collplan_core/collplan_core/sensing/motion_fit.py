@@ -24,16 +24,12 @@ _COASTING = 1e6
 
 
 class Ways(NamedTuple):
-    """Ways in which motion may follow commands: rows of delay [s], mass, and the command's matrix xx, xy, yx, yy.
-
-    Attributes:
-        rows: (n, 6). The first len(DELAYS) * len(MASSES) are plain, by delay, then mass; then dead wheels: braked,
-            coasting, and almost without force; then turned or mirrored ones.
-        n_plain, n_dead: numbers of plain ways and of dead wheels.
-    """
+    """Ways in which motion may follow commands: rows of delay [s], mass, and the command's matrix xx, xy, yx, yy."""
 
     rows: np.ndarray
-    n_plain: int
+    """(n, 6). The first len(DELAYS) * len(MASSES) are plain, by delay, then mass; then dead wheels: braked, coasting,
+    and almost without force; then turned or mirrored ones."""
+    n_plain: int  # n_plain, n_dead: numbers of plain ways and of dead wheels
     n_dead: int
 
 
@@ -65,9 +61,8 @@ def misfits(
 ) -> np.ndarray:
     """Integrals of the squared error of the velocity under each way [m^2/s].
 
-    Returns:
-        (n, 2) from the velocity measured at the begin on; and what is left of it where that one is as uncertain as the
-        others, so that an error common to them all may be its own.
+    Returns (n, 2) from the velocity measured at the begin on; and what is left of it where that one is as uncertain as
+    the others, so that an error common to them all may be its own.
 
     Args:
         commands: (k, 3) time [s] and velocity [m/s, world frame], rising times; none before the first.

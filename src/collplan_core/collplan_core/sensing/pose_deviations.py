@@ -9,19 +9,12 @@ from collplan_core.sensing.pose_track import FittedMotion
 
 
 class Deviations(NamedTuple):
-    """Standard deviations of a measured motion.
+    """Standard deviations of a measured motion."""
 
-    Attributes:
-        position: by axis [m].
-        yaw: [rad].
-        velocity: by axis [m/s].
-        yaw_rate: [rad/s].
-    """
-
-    position: float
-    yaw: float
-    velocity: float
-    yaw_rate: float
+    position: float  # by axis [m]
+    yaw: float  # [rad]
+    velocity: float  # by axis [m/s]
+    yaw_rate: float  # [rad/s]
 
 
 EXACT = Deviations(0.0, 0.0, 0.0, 0.0)

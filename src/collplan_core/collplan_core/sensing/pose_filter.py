@@ -60,21 +60,13 @@ class PoseError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class PoseSample:
-    """One measured pose, world frame.
+    """One measured pose, world frame."""
 
-    Attributes:
-        stamp: [s].
-        position: (2,) [m].
-        yaw: heading [rad].
-        height: position along the vertical [m].
-        tilt: angle between the body's z axis and the vertical [rad].
-    """
-
-    stamp: float
-    position: np.ndarray
-    yaw: float
-    height: float = 0.0
-    tilt: float = 0.0
+    stamp: float  # [s]
+    position: np.ndarray  # (2,) [m]
+    yaw: float  # heading [rad]
+    height: float = 0.0  # position along the vertical [m]
+    tilt: float = 0.0  # angle between the body's z axis and the vertical [rad]
 
 
 def check_pose_fields(
@@ -98,82 +90,50 @@ def check_pose_fields(
 
 
 class Track(NamedTuple):
-    """Poses that agree with each other.
+    """Poses that agree with each other."""
 
-    Attributes:
-        times: (n,) strictly rising [s]; poses: (n, 3) x, y [m] and yaw, not wrapped [rad].
-        begun: stamp of the first pose, also where that is no longer kept [s].
-        received: local time at which the newest pose was received [s].
-        newest: the newest pose; None before the first.
-        burst: stamp of the newest pose that came in a burst [s].
-        renewed: time between the last two poses that differed [s].
-        changed: stamp of the last one that did [s].
-    """
-
-    times: np.ndarray = np.zeros(0)
-    poses: np.ndarray = np.zeros((0, 3))
-    begun: float = math.nan
-    received: float = math.nan
-    newest: PoseSample | None = None
-    burst: float = -math.inf
-    renewed: float = 0.0
-    changed: float = math.nan
+    times: np.ndarray = np.zeros(0)  # (n,) strictly rising [s]
+    poses: np.ndarray = np.zeros((0, 3))  # (n, 3) x, y [m] and yaw, not wrapped [rad]
+    begun: float = math.nan  # stamp of the first pose, also where that is no longer kept [s]
+    received: float = math.nan  # local time at which the newest pose was received [s]
+    newest: PoseSample | None = None  # the newest pose; None before the first
+    burst: float = -math.inf  # stamp of the newest pose that came in a burst [s]
+    renewed: float = 0.0  # time between the last two poses that differed [s]
+    changed: float = math.nan  # stamp of the last one that did [s]
 
 
 NO_TRACK = Track()
 
 
 class FilterMemory(NamedTuple):
-    """The filter's memory between two poses.
+    """The filter's memory between two poses."""
 
-    Attributes:
-        track: the robot's.
-        suspects: track of refused poses that may turn out to be a relocation.
-        suspected: reason why the first of them was refused.
-        impact: the last impact found in the track, None before the first.
-        floor: the plane on which the robot drives.
-        shown: accelerations that it has shown.
-        heard: local time of receipt of the newest pose on the floor, refused or not [s].
-        mistrusted: local time until which no velocity is believed, after one that cannot be [s].
-        unseen: whether none arrived for mocap.relocation_time since the last accepted one: the robot may have turned.
-    """
-
-    track: Track = NO_TRACK
-    suspects: Track = NO_TRACK
-    suspected: str = ""
-    impact: Impact | None = None
-    floor: Floor = NO_FLOOR
-    shown: Shown = NOTHING_SHOWN
-    heard: float = math.inf
-    mistrusted: float = -math.inf
+    track: Track = NO_TRACK  # the robot's
+    suspects: Track = NO_TRACK  # track of refused poses that may turn out to be a relocation
+    suspected: str = ""  # reason why the first of them was refused
+    impact: Impact | None = None  # the last impact found in the track, None before the first
+    floor: Floor = NO_FLOOR  # the plane on which the robot drives
+    shown: Shown = NOTHING_SHOWN  # accelerations that it has shown
+    heard: float = math.inf  # local time of receipt of the newest pose on the floor, refused or not [s]
+    mistrusted: float = -math.inf  # local time until which no velocity is believed, after one that cannot be [s]
     unseen: bool = False
+    """Whether none arrived for mocap.relocation_time since the last accepted one: the robot may have turned."""
 
 
 FRESH = FilterMemory()
 
 
 class FilterResult(NamedTuple):
-    """The result of filtering one pose.
+    """The result of filtering one pose."""
 
-    Attributes:
-        state: None when the pose was refused or left out, or while the first window fills.
-        impact: an impact, once, when it is found; else None.
-        refused: reason of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap, yaw or speed.
-        relocated: whether the robot is somewhere else now; plans are then invalid.
-        kidnapped: whether it is, and not by stamps alone: somebody has moved it, or it is another body.
-        yaw_rate: yaw rate of the state [rad/s].
-        deviations: standard deviations of state and yaw rate.
-        speed: speed that the poses show [m/s].
-    """
-
-    state: State | None
-    impact: Impact | None = None
-    refused: str = ""
-    relocated: bool = False
-    kidnapped: bool = False
-    yaw_rate: float = math.nan
-    deviations: Deviations = EXACT
-    speed: float = math.nan
+    state: State | None  # None when the pose was refused or left out, or while the first window fills
+    impact: Impact | None = None  # an impact, once, when it is found; else None
+    refused: str = ""  # reason of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap, yaw or speed
+    relocated: bool = False  # whether the robot is somewhere else now; plans are then invalid
+    kidnapped: bool = False  # whether it is, and not by stamps alone: somebody has moved it, or it is another body
+    yaw_rate: float = math.nan  # yaw rate of the state [rad/s]
+    deviations: Deviations = EXACT  # standard deviations of state and yaw rate
+    speed: float = math.nan  # speed that the poses show [m/s]
 
 
 def filter_pose(

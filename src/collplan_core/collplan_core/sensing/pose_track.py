@@ -23,20 +23,13 @@ PAUSE = 3.0
 
 
 class TrackLaw(NamedTuple):
-    """Spans of a track that are kept, and their uses.
+    """Spans of a track that are kept, and their uses."""
 
-    Attributes:
-        kept: span of the poses that are kept [s].
-        velocity_window: span of those that are fitted for the velocity [s].
-        slack: stamps are not spaced to the nanosecond: a pose so much older than a span still belongs to it [s].
-        finds_impacts: whether impacts are detected; impacts: the criteria for one.
-    """
-
-    kept: float
-    velocity_window: float
-    slack: float
-    finds_impacts: bool
-    impacts: ImpactLaw
+    kept: float  # span of the poses that are kept [s]
+    velocity_window: float  # span of those that are fitted for the velocity [s]
+    slack: float  # stamps are not spaced to the nanosecond: a pose so much older than a span still belongs to it [s]
+    finds_impacts: bool  # whether impacts are detected
+    impacts: ImpactLaw  # the criteria for one
 
 
 def track_law(robot: Robot, mocap: Mocap, shown: float = 0.0) -> TrackLaw:
@@ -46,20 +39,14 @@ def track_law(robot: Robot, mocap: Mocap, shown: float = 0.0) -> TrackLaw:
 
 
 class FittedMotion(NamedTuple):
-    """The least-squares line through the poses of the velocity window.
+    """The least-squares line through the poses of the velocity window."""
 
-    Attributes:
-        vx, vy: its slope [m/s]; NaN until the first window is full, as all that follows.
-        yaw_rate: [rad/s].
-        delay: time before the newest pose at which the slope is the velocity [s].
-        spread: sum of the squared times around their mean [s^2]: noise of the poses over its root is that of the slope.
-    """
-
-    vx: float
+    vx: float  # vx, vy: its slope [m/s]; NaN until the first window is full, as all that follows
     vy: float
-    yaw_rate: float
-    delay: float
+    yaw_rate: float  # [rad/s]
+    delay: float  # time before the newest pose at which the slope is the velocity [s]
     spread: float
+    """Sum of the squared times around their mean [s^2]: noise of the poses over its root is that of the slope."""
 
 
 NO_MOTION = FittedMotion(math.nan, math.nan, math.nan, math.nan, math.nan)
@@ -90,18 +77,13 @@ def with_pose(
 def with_pose_judged(
     times: np.ndarray, poses: np.ndarray, track: tuple, stamp: float, x: float, y: float, yaw: float, law_fields: tuple
 ) -> tuple[np.ndarray, np.ndarray, tuple, tuple]:
-    """A track with one more pose, and what it shows then.
+    """A track with one more pose [s, m, rad], and what it shows then.
 
-    What goes in and out are plain tuples, which cost a fifth of named ones to hand over.
-
-    Returns:
-        times (n,) [s] and poses (n, 3), after an impact from its centre on; the fields of the impact, or of NO_IMPACT;
-        those of the motion, or of NO_MOTION.
+    What goes in and out are plain tuples, which cost a fifth of named ones to hand over. Out: times (n,) [s] and poses
+    (n, 3), after an impact from its centre on; fields of the impact or of NO_IMPACT; those of the motion, or NO_MOTION.
 
     Args:
-        times, poses: the track so far.
         track: stamp of its first pose, also where that is no longer kept [s], and whether poses come in bursts.
-        stamp, x, y, yaw: the pose [s, m, rad].
         law_fields: fields of a TrackLaw, and in it of an ImpactLaw.
     """
     kept, velocity_window, slack, finds_impacts, impact_fields = law_fields

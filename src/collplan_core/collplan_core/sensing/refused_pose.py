@@ -21,14 +21,9 @@ def described_pose(sample: PoseSample) -> str:
 
 
 def why_refused(reason: str, sample: PoseSample, before: FilterMemory, settings: Settings, shown: float) -> str:
-    """Returns why a pose was refused.
+    """Returns why a pose was refused by a filter with the memory `before`, and `reason` as in FilterResult.refused.
 
-    Args:
-        reason: as in FilterResult.refused.
-        sample: the pose.
-        before: memory of the filter that refused it.
-        settings: robot, mocap.
-        shown: speed that the poses show, for the reason SPEED [m/s].
+    `shown` is the speed that the poses show, for the reason SPEED [m/s].
     """
     mocap, newest = settings.mocap, before.track.newest
     if reason == NOT_FINITE:

@@ -68,22 +68,17 @@ LONGEST_DELAY = 0.6
 
 
 class Consistency(NamedTuple):
-    """Result of the comparison of a scan with walls seen before.
-
-    Attributes:
-        expected, missing: number of walls that the scan must show, as nothing in it hides them; number not shown.
-        expected_ahead, missing_ahead: the same for walls that the robot moves towards.
-        n_delays, delay: age of the scan's content beyond its stamp [s], median over so many recent walls; NaN for 0.
-        towards_missing: (n,) bool, whether a beam goes towards a wall that is missing.
-    """
+    """Result of the comparison of a scan with walls seen before."""
 
     expected: int
     missing: int
-    expected_ahead: int
+    """expected, missing: number of walls that the scan must show, as nothing in it hides them; number not shown."""
+    expected_ahead: int  # expected_ahead, missing_ahead: the same for walls that the robot moves towards
     missing_ahead: int
     n_delays: int
     delay: float
-    towards_missing: np.ndarray
+    """n_delays, delay: age of the scan's content beyond its stamp [s], median over so many recent walls; NaN for 0."""
+    towards_missing: np.ndarray  # (n,) bool, whether a beam goes towards a wall that is missing
 
 
 @njit
@@ -98,10 +93,8 @@ def _beam_towards(x: float, y: float, beams: np.ndarray, first: float, step: flo
 
 @njit
 def _least_of_runs(ranges: np.ndarray, closed: bool) -> np.ndarray:
-    """(l, n + 2 (n // 8)) the least range in each run of 1, 2, 4, ... beams, from beam -(n // 8) on [m].
-
-    inf where none of them measured anything, as beyond the ends of a scan that is not closed.
-    """
+    """(l, n + 2 (n // 8)) the least range in each run of 1, 2, 4, ... beams, from beam -(n // 8) on [m]."""
+    # inf where none of them measured anything, as beyond the ends of a scan that is not closed.
     n, beside = len(ranges), len(ranges) // 8
     levels, length = 1, n + 2 * beside
     while 2**levels <= 2 * beside + 1:
@@ -148,12 +141,10 @@ def scan_consistency(
     Args:
         walls: (m, 5) points of walls, their normals, and 0 for what is no wall, of scans before.
         recent: the row from which on they are of the last of these, which alone tell the delay.
-        now: (n, 5) the same of each beam of the scan, of `wall_of_each_beam`.
-        ranges: (n,) of the scan [m].
+        now: (n, 5) the same of each beam of the scan, of `wall_of_each_beam`; ranges: (n,) [m].
         masked: (n,) whether a beam is masked: no wall is expected where it looks.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
-        scan_limits: angle_min, angle_increment [rad], range_min, range_max [m] of the scan.
-        velocity: (2,) of the robot [m/s].
+        scan_limits: angle_min, angle_increment [rad], range_min, range_max [m]; velocity: (2,) of the robot [m/s].
     """
     n = len(ranges)
     first, step, nearest_seen, farthest_seen = scan_limits

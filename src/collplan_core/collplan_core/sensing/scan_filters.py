@@ -63,12 +63,8 @@ def without_speckles(ranges: np.ndarray, width: int, closed: bool) -> np.ndarray
     """(n,) the median of the `width` ranges around each [m], odd; NaN stays NaN, and is not counted beside others.
 
     It leaves a wall and the edge where it ends as they are, and takes away what less than half of the beams show. Of an
-    even number of ranges it is the nearer one: no range is made up.
-
-    Args:
-        ranges: (n,) [m].
-        width: number of beams.
-        closed: whether the first beam follows the last one; else there are fewer beams at the ends.
+    even number of ranges it is the nearer one: no range is made up. Where the scan is not `closed`, there are fewer
+    beams at the ends.
     """
     half = width // 2
     beyond = ranges[-half:], ranges[:half]
@@ -80,13 +76,7 @@ def without_speckles(ranges: np.ndarray, width: int, closed: bool) -> np.ndarray
 
 
 def add_bumped_obstacles(scan: Scan, state: State, centers: np.ndarray, radius: float) -> Scan:
-    """The scan with discs added to what it shows.
-
-    Args:
-        state: the robot at the scan's stamp.
-        centers: (n, 2) of the discs, world frame [m].
-        radius: radius of the discs [m]; a disc that contains the robot is left out.
-    """
+    """The scan, taken at `state`, with discs at `centers` (n, 2) [m] added, but for one that contains the robot."""
     if len(centers) == 0:
         return scan
     ranges = np.array(scan.ranges, dtype=float)

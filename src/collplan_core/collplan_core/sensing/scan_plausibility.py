@@ -40,20 +40,15 @@ NOWHERE, NO_WALLS = np.zeros((0, 3)), np.zeros((0, 5))
 
 @dataclass(frozen=True, eq=False)
 class ScanMemory:
-    """Memory by which the next scan is judged.
-
-    Attributes:
-        walls: what stood in plausible scans, the newest last: stamp [s] and the rows of `wall_of_each_beam`.
-        ranges: ranges of the newest scan, plausible or not; empty before the first.
-        pose: (3,) x, y [m] and yaw [rad] where those ranges came first.
-        blind: beams that showed nothing in place of a wall, of the newest scan that missed too many; empty once a scan
-            was found plausible.
-    """
+    """Memory by which the next scan is judged."""
 
     walls: tuple[tuple[float, np.ndarray], ...] = ()
-    ranges: bytes = b""
+    """What stood in plausible scans, the newest last: stamp [s] and the rows of `wall_of_each_beam`."""
+    ranges: bytes = b""  # ranges of the newest scan, plausible or not; empty before the first
     pose: tuple[float, float, float] = (math.nan, math.nan, math.nan)
+    """(3,) x, y [m] and yaw [rad] where those ranges came first."""
     blind: tuple[int, ...] = ()
+    """Beams without a wall that was there, of the newest scan that missed too many; empty after a plausible one."""
 
     @cached_property
     def vouches(self) -> bool:
@@ -74,13 +69,9 @@ def judge_scan(
     """Returns the reason why a scan is implausible, "" where it is plausible, and the memory for the next scan.
 
     Args:
-        memory: memory after the previous scan.
-        scan: the scan.
         masked: (n,) whether a beam is masked: it need not show a wall.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, of `beam_poses`.
-        seen: the surfaces in the scan.
-        state: the robot at its stamp.
-        limits: the shares of beams that may be lost or miss a wall.
+        seen: the surfaces in the scan; state: the robot at its stamp.
         moved: (m, 3) discs x, y, radius [m] where movers have been: what stood there is no wall.
     """
     memory = _with_ranges(memory, scan, beams)
@@ -115,10 +106,8 @@ def _with_ranges(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> ScanMemor
 
 
 def _without_walls(memory: ScanMemory, discs: np.ndarray, velocity: tuple[float, float]) -> ScanMemory:
-    """The memory without what stood within BESIDE of discs (m, 3) x, y, radius [m].
-
-    While the robot moves, walls stay: a turned scan shows movers where there are none.
-    """
+    """The memory without what stood within BESIDE of discs (m, 3) x, y, radius [m]."""
+    # While the robot moves, walls stay: a turned scan shows movers where there are none.
     moving, kept = math.hypot(*velocity) >= MOVING, list[tuple[float, np.ndarray]]()
     for stamp, walls in memory.walls:
         away = np.hypot(walls[:, None, 0] - discs[:, 0], walls[:, None, 1] - discs[:, 1]) > discs[:, 2] + BESIDE

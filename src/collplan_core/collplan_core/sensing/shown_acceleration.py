@@ -14,15 +14,10 @@ CERTAIN = 4.0
 
 
 class Shown(NamedTuple):
-    """What the velocities of a track have shown.
+    """What the velocities of a track have shown."""
 
-    Attributes:
-        most: largest acceleration that lasted [m/s^2].
-        velocities: the last ones kept, of two spans: stamp [s], vx, vy [m/s].
-    """
-
-    most: float = 0.0
-    velocities: tuple[tuple[float, float, float], ...] = ()
+    most: float = 0.0  # largest acceleration that lasted [m/s^2]
+    velocities: tuple[tuple[float, float, float], ...] = ()  # the last ones kept, of two spans: stamp [s], vx, vy [m/s]
 
     def anew(self) -> "Shown":
         """What is left where something else has changed the velocity."""

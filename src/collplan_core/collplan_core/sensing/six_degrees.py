@@ -18,24 +18,18 @@ between the poses that are fitted [m]: a robot at rest shows no tilt."""
 
 
 class Floor(NamedTuple):
-    """The plane on which a robot drives, fitted to the heights of poses on it.
+    """The plane on which a robot drives, fitted to the heights of poses on it."""
 
-    Attributes:
-        n: number of poses; x, y, z: their means [m].
-        xx, xy, yy, xz, yz: sums of the products of what they are off the means [m^2].
-        last_x, last_y: the newest of them [m].
-    """
-
-    n: int
-    x: float
+    n: int  # number of poses
+    x: float  # x, y, z: their means [m]
     y: float
     z: float
-    xx: float
+    xx: float  # xx, xy, yy, xz, yz: sums of the products of what they are off the means [m^2]
     xy: float
     yy: float
     xz: float
     yz: float
-    last_x: float
+    last_x: float  # last_x, last_y: the newest of them [m]
     last_y: float
 
     def lift(self, x: float, y: float, height: float) -> float:

@@ -32,28 +32,17 @@ LONGEST_GAP = 1.1
 
 @dataclass(frozen=True)
 class SpinningSensor:
-    """Properties of a spinning LIDAR.
+    """Properties of a spinning LIDAR."""
 
-    Attributes:
-        rate: turns per second, each one scan [Hz].
-        n_beams: beams of a turn.
-        range_min, range_max: limits of a valid range [m].
-        noise: standard deviation of a range [m].
-        noise_share: further, independent standard deviation, as a share of the range.
-        lost: share of the beams that report nothing.
-        divergence: full width of a beam [rad].
-        latency: time from the end of a sweep to its message [s].
-    """
-
-    rate: float
-    n_beams: int
-    range_min: float
+    rate: float  # turns per second, each one scan [Hz]
+    n_beams: int  # beams of a turn
+    range_min: float  # range_min, range_max: limits of a valid range [m]
     range_max: float
-    noise: float
-    noise_share: float
-    lost: float
-    divergence: float
-    latency: float
+    noise: float  # standard deviation of a range [m]
+    noise_share: float  # further, independent standard deviation, as a share of the range
+    lost: float  # share of the beams that report nothing
+    divergence: float  # full width of a beam [rad]
+    latency: float  # time from the end of a sweep to its message [s]
 
     @property
     def sweep_time(self) -> float:
@@ -101,10 +90,7 @@ def swept_scan(
     """The scan of one sweep.
 
     Args:
-        world: the solid surroundings.
         poses: (n_beams, 3) x, y [m] and yaw [rad] of the robot at the instant of each beam.
-        stamp: that of the scan [s].
-        sensor: the scanning sensor.
         lidar: its true mounting pose on the robot, the direction of its first beam, and its fault.
         random: two draws a beam are taken from it, whatever the beam meets.
         discs: (n_beams, k, 3) x, y, radius [m] of the movers at the instant of each beam.

@@ -156,11 +156,8 @@ def straight_time(goal: GoalDisc, bounds: VelocityBounds, motion: Motion) -> flo
 def least_time(length: np.ndarray, cells: Grid, goal: GoalDisc, bounds: VelocityBounds, motion: Motion) -> float:
     """A time before which no rollout from here is at the goal, whatever its velocity [s]: full speed all the way.
 
-    By the shortest path where that is known. Only a gap through which the disc fits by less than the width of a cell,
-    which cells may leave out, can lead there sooner.
-
-    Args:
-        length: (mx, my) lengths of ShortestPaths [m], inf where there is none; cells: where its cells are.
+    By the shortest path where `length` (mx, my) [m], on the cells, knows it. Only a gap through which the disc fits by
+    less than the width of a cell, which cells may leave out, can lead there sooner.
     """
     time = straight_time(goal, bounds, motion)
     i, j = nearest_node(cells, motion.x, motion.y)
@@ -181,11 +178,7 @@ def end_cost(problem: Problem, motion: Motion) -> float:
 def roll_interval(
     clearance: np.ndarray, source: np.ndarray, constants: Constants, begin: Motion, ux: float, uy: float
 ) -> tuple[Motion, float, float]:
-    """A control interval under command u.
-
-    Returns:
-        the motion at its end; its cost [s]; time of arrival at the goal since it began [s], or ON_THE_WAY.
-    """
+    """A control interval under command u: motion after it, cost [s], time of arrival in it [s], or ON_THE_WAY."""
     grid, goal, model, costs, _ = constants
     motion, course, cost, touched = begin, course_of(begin, ux, uy), 0.0, False
     for k in range(INTERVAL_STEPS):

@@ -31,34 +31,23 @@ NO_CONTACT, SLIDES = 0, 4
 
 
 class Motion(NamedTuple):
-    """Position [m] and velocity [m/s] of the disc's centre, world frame, and a lower bound of its clearance [m].
-
-    Attributes:
-        steps: number of steps since the plan began.
-    """
+    """Position [m] and velocity [m/s] of the disc's centre, world frame, and a lower bound of its clearance [m]."""
 
     x: float
     y: float
     vx: float
     vy: float
     clearance_bound: float
-    steps: int
+    steps: int  # number of steps since the plan began
 
 
 class Contact(NamedTuple):
-    """The first contact within a step.
+    """The first contact within a step."""
 
-    Attributes:
-        kind: NO_CONTACT, SLIDES, OBSERVED or INFERRED.
-        normal_speed: speed into the boundary [m/s].
-        share: part of the step that lies before it.
-        nx, ny: unit normal out of the boundary.
-    """
-
-    kind: int
-    normal_speed: float
-    share: float
-    nx: float
+    kind: int  # NO_CONTACT, SLIDES, OBSERVED or INFERRED
+    normal_speed: float  # speed into the boundary [m/s]
+    share: float  # part of the step that lies before it
+    nx: float  # nx, ny: unit normal out of the boundary
     ny: float
 
 
@@ -118,11 +107,9 @@ def _step_with_contact(
     ux: float,
     uy: float,
 ) -> tuple[Motion, Contact]:
-    """A step that meets a boundary: motion up to the contact, and on under u for the rest of the step.
-
-    At the contact, above IMPACT_SPEED, the rebound of a disc without spin (`reflect`); below it the normal speed is
-    removed. By a late contact what is pending has stood, or is known not to.
-    """
+    """A step that meets a boundary: motion up to the contact, and on under u for the rest of the step."""
+    # At the contact, above IMPACT_SPEED, the rebound of a disc without spin (`reflect`); below it the normal speed is
+    # removed. By a late contact what is pending has stood, or is known not to.
     share = _contact_share(clearance, grid, motion, end)
     cx, cy = motion.x + share * (end.x - motion.x), motion.y + share * (end.y - motion.y)
     nx, ny = normal_at(clearance, grid, cx, cy)

@@ -21,21 +21,13 @@ STOP_TEST_INTERVAL = STOP_TEST_STEPS // INTERVAL_STEPS
 
 
 class FullPlan(NamedTuple):
-    """Commands and what they lead to; there is room for more than the n control intervals in use.
+    """Commands and what they lead to; there is room for more than the n control intervals in use."""
 
-    Attributes:
-        commands: (m, 2) [m/s].
-        states: (m + 1, 4) x, y, vx, vy before each interval and after the last.
-        costs: (m + 1,) cost up to each of the states, its time left out [s].
-        n: intervals in use.
-        cost: cost of the plan, its time included [s].
-    """
-
-    commands: np.ndarray
-    states: np.ndarray
-    costs: np.ndarray
-    n: int
-    cost: float
+    commands: np.ndarray  # (m, 2) [m/s]
+    states: np.ndarray  # (m + 1, 4) x, y, vx, vy before each interval and after the last
+    costs: np.ndarray  # (m + 1,) cost up to each of the states, its time left out [s]
+    n: int  # intervals in use
+    cost: float  # cost of the plan, its time included [s]
 
 
 @njit
@@ -77,12 +69,10 @@ def sample_trajectory(
     commands: np.ndarray,
     radius: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The rollout of commands (n, 2), one a control interval, to the goal where it gets there.
+    """The rollout of commands (n, 2), one a control interval, to the goal where it gets there: its rows and contacts.
 
-    Returns:
-        rows (k, 5): time since the beginning [s], x, y, vx, vy, also at the moment of every contact;
-        contacts (c, 9): time, point touched x, y, velocity after vx, vy, unit normal out of the boundary x, y, speed
-            into it, kind as in Contact.
+    Rows (k, 5): time since the beginning [s], x, y, vx, vy, also at the moment of every contact. Contacts (c, 9): time,
+    point touched x, y, velocity after vx, vy, unit normal out of the boundary x, y, speed into it, kind as in Contact.
     """
     grid, goal, model, _, _ = problem.constants
     most = len(commands) * INTERVAL_STEPS

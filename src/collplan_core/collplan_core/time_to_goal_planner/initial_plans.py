@@ -40,18 +40,12 @@ LOOK_STEPS = 4
 
 
 class CoarsePlans(NamedTuple):
-    """Every pair of targets with every time of the switch.
+    """Every pair of targets with every time of the switch."""
 
-    Attributes:
-        targets: (n, 2) velocities [m/s].
-        costs: (n, 5, n) cost [s] by first target, switch and second target; inf where another one is the same, and
-            where it was given up.
-        ends: (n, 5, n, 4) x, y, vx, vy at the horizon or the goal.
-    """
-
-    targets: np.ndarray
+    targets: np.ndarray  # (n, 2) velocities [m/s]
     costs: np.ndarray
-    ends: np.ndarray
+    """(n, 5, n) cost [s] by first target, switch and second target; inf where another is the same or it is given up."""
+    ends: np.ndarray  # (n, 5, n, 4) x, y, vx, vy at the horizon or the goal
 
 
 class _Rollout(NamedTuple):
@@ -91,11 +85,7 @@ def targets(problem: Problem, initial: Motion) -> np.ndarray:
 def _roll_on(
     field: _Field, constants: Constants, rollout: _Rollout, ux: float, uy: float, last: int, limit: float
 ) -> tuple[_Rollout, float]:
-    """A rollout under command u until step `last` or the goal.
-
-    Returns:
-        where it is then; time of arrival at the goal [s], ON_THE_WAY, or TOO_LATE once it will cost over `limit` [s].
-    """
+    """A rollout under u until step `last` or the goal; time of arrival [s], ON_THE_WAY, or TOO_LATE for `limit` [s]."""
     clearance, source, length, cells, movers, trails = field
     grid, goal, model, costs, bounds = constants
     motion, cost, first = rollout

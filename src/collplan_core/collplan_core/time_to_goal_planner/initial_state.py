@@ -21,17 +21,12 @@ UNDETECTED = 0.06
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """Prediction of the plan in force.
+    """Prediction of the plan in force."""
 
-    Attributes:
-        times: (n,) times of its samples [s]; positions, velocities: (n, 2) at these times [m], [m/s].
-        contact_times: (k,) times of its contacts [s].
-    """
-
-    times: np.ndarray
-    positions: np.ndarray
+    times: np.ndarray  # (n,) times of its samples [s]
+    positions: np.ndarray  # positions, velocities: (n, 2) at these times [m], [m/s]
     velocities: np.ndarray
-    contact_times: np.ndarray
+    contact_times: np.ndarray  # (k,) times of its contacts [s]
 
     def positions_at(self, times: np.ndarray) -> np.ndarray:
         """(m, 2) positions at times (m,) [s]; the last one after the end [m]."""

@@ -41,53 +41,36 @@ EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
 
 
 class RobotModel(NamedTuple):
-    """Motion model of the robot: its wheels, and the ring that contacts are computed with.
-
-    Attributes:
-        stood_by: from this time of a plan on, what is pending counts as standing [s].
-    """
+    """Motion model of the robot: its wheels, and the ring that contacts are computed with."""
 
     wheels: VelocityLaw
     ring: Ring
-    stood_by: float
+    stood_by: float  # from this time of a plan on, what is pending counts as standing [s]
 
 
 class ContactCosts(NamedTuple):
-    """Costs of contacts and near misses [s].
+    """Costs of contacts and near misses [s]."""
 
-    Attributes:
-        fixed, by_speed: cost of a contact, and by its normal speed [s per m/s].
-        limit: normal speed above which a contact is excluded [m/s]: taken only where none is below it, then the least.
-        inferred_fixed, inferred_by_speed: cost of a contact with inferred solid, and by its normal speed [s per m/s].
-        near: cost, by time, of the square by which the clearance is below the margin [1/m^2].
-        margin: [m].
-    """
-
-    fixed: float
+    fixed: float  # fixed, by_speed: cost of a contact, and by its normal speed [s per m/s]
     by_speed: float
     limit: float
+    """Normal speed above which a contact is excluded [m/s]: taken only where none is below it, then the least."""
     inferred_fixed: float
     inferred_by_speed: float
-    near: float
-    margin: float
+    """inferred_fixed, inferred_by_speed: cost of a contact with inferred solid, and by its normal speed [s per m/s]."""
+    near: float  # cost, by time, of the square by which the clearance is below the margin [1/m^2]
+    margin: float  # [m]
 
 
 class GoalDisc(NamedTuple):
-    """The disc in which rollouts end.
+    """The disc in which rollouts end."""
 
-    Attributes:
-        x, y, tolerance: centre and radius [m].
-        longest_within: no path from within the disc to its centre is longer [m].
-        graze_cost: cost of an arrival, by the square of the distance at which its line passes the centre [s/m^2].
-        rest_speed: largest speed of an arrival [m/s]; inf where the goal may be passed.
-    """
-
-    x: float
+    x: float  # x, y, tolerance: centre and radius [m]
     y: float
     tolerance: float
-    longest_within: float
-    graze_cost: float
-    rest_speed: float
+    longest_within: float  # no path from within the disc to its centre is longer [m]
+    graze_cost: float  # cost of an arrival, by the square of the distance at which its line passes the centre [s/m^2]
+    rest_speed: float  # largest speed of an arrival [m/s]; inf where the goal may be passed
 
 
 class Constants(NamedTuple):
@@ -105,23 +88,16 @@ class Problem(NamedTuple):
 
     What runs for every step takes arrays and constants one by one: counting the references of a tuple of arrays costs
     more there than the step. A tuple of scalars costs nothing.
-
-    Attributes:
-        clearance, source: (nx, ny) as in ClearanceField, on the nodes of `constants.grid`.
-        free: (nx, ny) where the disc's centre was seen to be free.
-        paths: shortest paths to the goal.
-        stop_test: whether the robot must be able to brake within what it has seen.
-        movers: (k, 6) discs of `mover_cost` when the plan begins; trails: (h, 4) its trails.
     """
 
-    clearance: np.ndarray
+    clearance: np.ndarray  # clearance, source: (nx, ny) as in ClearanceField, on the nodes of `constants.grid`
     source: np.ndarray
-    free: np.ndarray
-    paths: PathLookup
+    free: np.ndarray  # (nx, ny) where the disc's centre was seen to be free
+    paths: PathLookup  # shortest paths to the goal
     constants: Constants
-    stop_test: bool
-    movers: np.ndarray
-    trails: np.ndarray
+    stop_test: bool  # whether the robot must be able to brake within what it has seen
+    movers: np.ndarray  # (k, 6) discs of `mover_cost` when the plan begins
+    trails: np.ndarray  # (h, 4) trails of `mover_cost`
 
 
 def robot_model(settings: Settings) -> RobotModel:

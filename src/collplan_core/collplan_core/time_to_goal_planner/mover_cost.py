@@ -32,12 +32,9 @@ FORESEEN, FORGOTTEN = 1.0, 2.0
 
 @njit
 def mover_cost(movers: np.ndarray, trails: np.ndarray, time: float, span: float, motion: Motion) -> float:
-    """Cost of a span of time that ends with a motion [s].
+    """Cost [s] of a span [s] of time that ends with a motion, at `time` [s] since the plan began.
 
-    Args:
-        movers: (k, 6), and `trails` (h, 4), of `discs_and_trails`.
-        time: end of the span, from the beginning of the plan [s]; span: its length [s].
-        motion: the robot then.
+    Movers (k, 6) and trails (h, 4) as of `discs_and_trails`.
     """
     cost, weight = 0.0, min(1.0, (FORGOTTEN - time) / (FORGOTTEN - FORESEEN))
     if weight <= 0.0:
@@ -58,12 +55,10 @@ def mover_cost(movers: np.ndarray, trails: np.ndarray, time: float, span: float,
 
 
 def discs_and_trails(local_map: LocalMap, now: float, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
-    """What a plan that begins at `now` [s] keeps clear of.
+    """What a plan that begins at `now` [s] keeps clear of: (k, 6) movers, and (h, 4) ways on which they came.
 
-    Returns:
-        (k, 6) of each mover x, y [m], vx, vy [m/s], distance [m] to keep between its centre and the robot's, and its
-        growth [m/s]; (h, 4) of the ways on which they came, and of what was out of view, x, y, distance to keep [m],
-        and weight.
+    A mover has x, y [m], vx, vy [m/s], the distance [m] to keep between its centre and the robot's, and its growth
+    [m/s]; a way, or what was out of view, has x, y, the distance to keep [m], and a weight.
     """
     returns, radius = local_map.returns, settings.robot.radius
     if not (len(returns.movers) or len(returns.trails) or len(local_map.unseen.places)):

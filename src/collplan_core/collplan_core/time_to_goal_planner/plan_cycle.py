@@ -61,28 +61,18 @@ SETTLED = 5e-4
 
 @dataclass(frozen=True, eq=False)
 class RolloutMemory:
-    """Memory that one planning cycle leaves to the next.
+    """Memory that one planning cycle leaves to the next."""
 
-    Attributes:
-        remembered: boundaries seen so far; map_stamp: stamp of the last scan in them [s].
-        known: whether the whole map was given, to which nothing is added.
-        paths: shortest paths to the goal.
-        plan_stamp: stamp at which the plan in force begins [s].
-        commands: (n, 2) commands of the plan in force, one a control interval [m/s].
-        expected: states and contacts that the plan in force foresees.
-        tried: gaps too narrow for the disc that were tried.
-        cycle: number of cycles so far, the seed of the refinement.
-    """
-
-    remembered: RememberedBoundaries | None = None
-    map_stamp: float = -np.inf
-    known: bool = False
-    paths: ShortestPaths | None = None
-    plan_stamp: float = 0.0
+    remembered: RememberedBoundaries | None = None  # boundaries seen so far
+    map_stamp: float = -np.inf  # stamp of the last scan in them [s]
+    known: bool = False  # whether the whole map was given, to which nothing is added
+    paths: ShortestPaths | None = None  # shortest paths to the goal
+    plan_stamp: float = 0.0  # stamp at which the plan in force begins [s]
     commands: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    expected: Expected | None = None
-    tried: TriedGaps = field(default_factory=TriedGaps)
-    cycle: int = 0
+    """(n, 2) commands of the plan in force, one a control interval [m/s]."""
+    expected: Expected | None = None  # states and contacts that the plan in force foresees
+    tried: TriedGaps = field(default_factory=TriedGaps)  # gaps too narrow for the disc that were tried
+    cycle: int = 0  # number of cycles so far, the seed of the refinement
 
     def without_plan(self) -> "RolloutMemory":
         """Returns the memory without a plan in force."""
@@ -97,13 +87,12 @@ def plan_cycle(
     settings: Settings,
     deadline: Deadline = never,
 ) -> tuple[Plan, RolloutMemory]:
-    """One cycle: from a local map to a timed reference to the goal, with the contacts it foresees.
+    """One cycle: from a local map to a timed reference to the goal (2,) [m], with the contacts it foresees.
 
     Args:
         memory: memory of the previous cycle, None at the start and after a new goal.
         state: the newest one; it may be younger than the map.
-        goal: (2,) [m].
-        deadline: deadline of refinement, which ends with the best plan so far.
+        deadline: of refinement, which ends with the best plan so far.
 
     Raises:
         NoPlan: seen boundaries close off the goal.

@@ -35,25 +35,18 @@ DELETE, BUMP, STRAIGHT = 0, 1, 2
 
 
 class Change(NamedTuple):
-    """A change of a window of a plan.
+    """A change of a window of a plan."""
 
-    Attributes:
-        kind: DELETE, BUMP or STRAIGHT.
-        first, window: first control interval changed, and how many are.
-        deleted, where: number of intervals taken out of the window, and the first of them.
-        bump_x, bump_y: height of the bump [m/s].
-        position_gain, velocity_gain: gains with which the old plan is tracked after the window [1/s], [1].
-    """
-
-    kind: int
-    first: int
+    kind: int  # DELETE, BUMP or STRAIGHT
+    first: int  # first, window: first control interval changed, and how many are
     window: int
-    deleted: int
+    deleted: int  # deleted, where: number of intervals taken out of the window, and the first of them
     where: int
-    bump_x: float
+    bump_x: float  # bump_x, bump_y: height of the bump [m/s]
     bump_y: float
     position_gain: float
     velocity_gain: float
+    """position_gain, velocity_gain: gains with which the old plan is tracked after the window [1/s], [1]."""
 
 
 @njit
@@ -96,11 +89,7 @@ def _draw_change(random: np.random.Generator, n: int) -> Change:
 
 @njit
 def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPlan) -> tuple[int, float]:
-    """Rolls a changed plan from its window on, into the arrays of `new`.
-
-    Returns:
-        control intervals and cost; inf as soon as that cannot be lower than before.
-    """
+    """Rolls a changed plan from its window on into `new`; its intervals and cost, inf once it cannot be lower."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
     goal, bounds = constants.goal, constants.bounds
     commands, states = plan.commands, plan.states

@@ -23,18 +23,12 @@ SAMPLING = 0.01
 
 @dataclass(frozen=True, eq=False)
 class TriedGaps:
-    """The gaps that were tried on the way to a goal.
+    """The gaps that were tried on the way to a goal."""
 
-    Attributes:
-        places: (n, 2) their narrowest places [m].
-        tries: (n,) how often the robot has come to each.
-        at: index of the gap that the robot is at, -1 where it is at none; since: stamp since when it is there [s].
-    """
-
-    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    tries: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
-    at: int = -1
-    since: float = 0.0
+    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))  # (n, 2) their narrowest places [m]
+    tries: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # (n,) how often the robot has come to each
+    at: int = -1  # index of the gap that the robot is at, -1 where it is at none
+    since: float = 0.0  # stamp since when it is there [s]
 
     def closed(self, most: int) -> np.ndarray:
         """Places (k, 2) of the gaps that were tried `most` times and have not let the robot through [m]."""
@@ -84,13 +78,9 @@ def _first_gap(paths: PathLookup, clearance: np.ndarray, grid: Grid, x: float, y
 
 
 def with_try(tried: TriedGaps, gap: np.ndarray | None, position: np.ndarray, stamp: float, radius: float) -> TriedGaps:
-    """The gaps after one more cycle.
+    """The gaps after one more cycle with the robot at `position` (2,) [m] and a gap (2,) on its way [m], or None.
 
     It is a try to come to a gap, and another one to come again or to stay for as long as a robot takes to be stuck.
-
-    Args:
-        gap: (2,) gap on the way [m]; None where none is too narrow.
-        position: (2,) of the robot at `stamp` [s].
     """
     touching = math.sqrt(2.0 * radius * TIGHT)
     if tried.at >= 0:

@@ -29,16 +29,12 @@ FINER = 3
 
 
 class Way(NamedTuple):
-    """A way to the goal.
+    """A way to the goal."""
 
-    Attributes:
-        boundaries: boundaries over which it leads; paths: the shortest paths over them.
-        gap: (2,) the first gap on it that measures too narrow for the disc [m]; None without one.
-    """
-
-    boundaries: RememberedBoundaries
-    paths: ShortestPaths
+    boundaries: RememberedBoundaries  # boundaries over which it leads
+    paths: ShortestPaths  # the shortest paths over them
     gap: np.ndarray | None = None
+    """(2,) the first gap on it that measures too narrow for the disc [m]; None without one."""
 
 
 def way_to_goal(
@@ -50,12 +46,8 @@ def way_to_goal(
 ) -> Way | None:
     """The way to the goal from a position (2,) [m]; None where what was seen leaves none.
 
-    Over the boundaries as they are where the paths lead there, else over smaller cells, else without what is only
-    inferred, else with gaps wider by twice TIGHT, but for those that were tried planner.recovery_tries times.
-
-    Args:
-        paths: over the boundaries as they are.
-        tried: gaps tried so far.
+    Over the boundaries as they are where `paths`, of these, lead there, else over smaller cells, else without what is
+    only inferred, else with gaps wider by twice TIGHT, but for those that were tried planner.recovery_tries times.
     """
     radius = settings.robot.radius
     if is_reachable(paths, _outside(remembered.field, position)):

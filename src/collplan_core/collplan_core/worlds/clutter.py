@@ -17,22 +17,15 @@ N_TRIES = 400
 
 
 class Clutter(NamedTuple):
-    """Properties of random clutter.
-
-    Attributes:
-        n_obstacles: least number of obstacles, and one more than the greatest; fewer where they do not fit.
-        size: least and greatest distance of a polygon's corners from its middle [m].
-        circle_share: share of circles among them; circle_size: radius of one, by its size.
-        gap: least width of a gap between two obstacles, or between an obstacle and a wall [m].
-        disc_radius: start and goal are connected for this disc [m].
-    """
+    """Properties of random clutter."""
 
     n_obstacles: tuple[int, int]
-    size: tuple[float, float]
-    circle_share: float
-    circle_size: float
-    gap: float
-    disc_radius: float
+    """Least number of obstacles, and one more than the greatest; fewer where they do not fit."""
+    size: tuple[float, float]  # least and greatest distance of a polygon's corners from its middle [m]
+    circle_share: float  # share of circles among them
+    circle_size: float  # radius of one, by its size
+    gap: float  # least width of a gap between two obstacles, or between an obstacle and a wall [m]
+    disc_radius: float  # start and goal are connected for this disc [m]
 
 
 # a disc passes every gap with a centimetre to spare

@@ -17,21 +17,13 @@ TURN = 0.3
 
 
 class Gait(NamedTuple):
-    """How a mover goes along its line.
+    """How a mover goes along its line."""
 
-    Attributes:
-        mover: who goes.
-        walked: (n,) way walked at the times of the mover's schedule [m].
-        turns: (k,) ways between which the heading changes evenly [m].
-        headings: (k,) headings there, not wrapped [rad].
-        stride: length of two steps [m].
-    """
-
-    mover: Mover
-    walked: np.ndarray
-    turns: np.ndarray
-    headings: np.ndarray
-    stride: float
+    mover: Mover  # who goes
+    walked: np.ndarray  # (n,) way walked at the times of the mover's schedule [m]
+    turns: np.ndarray  # (k,) ways between which the heading changes evenly [m]
+    headings: np.ndarray  # (k,) headings there, not wrapped [rad]
+    stride: float  # length of two steps [m]
 
 
 def gait_of(mover: Mover) -> Gait:

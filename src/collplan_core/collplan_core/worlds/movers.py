@@ -22,31 +22,22 @@ HIP = 0.10
 class Mover:
     """A disc, or a person on two legs, that walks straight from way point to way point.
 
-    Attributes:
-        radius: radius, of a person that of each leg [m].
-        way: (k, 2) its way points; with one alone it stands [m].
-        speed: speed of walking [m/s].
-        to_and_fro: walks back from the last way point to the first, and so on; otherwise it stays at the last.
-        delay: time for which it stands at the first way point before it sets out [s].
-        pause: time for which it stands at each way point that it comes to [s].
-        rounds: number of walks there and back after which it stays at the first way point; with 0 it never does.
-        kind: "disc", or "person".
-        times: (k,) when it is at each way point [s], as of a recorded walk; then `speed` is that of its gait alone, and
-            it neither pauses nor comes back.
-
     Raises:
         ValueError: at construction; the message names the key, the value and what was expected.
     """
 
-    radius: float
-    way: np.ndarray
-    speed: float
+    radius: float  # radius, of a person that of each leg [m]
+    way: np.ndarray  # (k, 2) its way points; with one alone it stands [m]
+    speed: float  # speed of walking [m/s]
     to_and_fro: bool = True
-    delay: float = 0.0
-    pause: float = 0.0
-    rounds: int = 0
-    kind: str = DISC
+    """Walks back from the last way point to the first, and so on; otherwise it stays at the last."""
+    delay: float = 0.0  # time for which it stands at the first way point before it sets out [s]
+    pause: float = 0.0  # time for which it stands at each way point that it comes to [s]
+    rounds: int = 0  # number of walks there and back after which it stays at the first way point; with 0 it never does
+    kind: str = DISC  # "disc", or "person"
     times: np.ndarray | None = None
+    """(k,) when it is at each way point [s], as of a recorded walk; then `speed` is that of its gait alone, and it
+    neither pauses nor comes back."""
 
     def __post_init__(self) -> None:
         for key, expected in NUMBERS.items():

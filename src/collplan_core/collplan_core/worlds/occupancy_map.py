@@ -107,10 +107,8 @@ def _share(key: str, value: Any) -> float:
 
 
 def _shades(path: Path, mode: str) -> np.ndarray:
-    """Shades (h, w) of an image, 0 for black to 1 for white, the lowest row first.
-
-    As in map_server a shade is the mean of the channels, in the mode trinary with opacity, where an image has one.
-    """
+    """Shades (h, w) of an image, 0 for black to 1 for white, the lowest row first."""
+    # As in map_server a shade is the mean of the channels, in the mode trinary with opacity, where an image has one.
     # takes long to load
     from PIL import Image
 

@@ -21,19 +21,12 @@ NO_DISCS = np.zeros((0, 3))
 
 @dataclass(frozen=True, eq=False)
 class RayScene:
-    """A world as the compiled loops take it.
+    """A world as the compiled loops take it."""
 
-    Attributes:
-        segments: (s, 4) x0, y0, x1, y1 of the polygons' edges, polygon by polygon, then of the walls [m].
-        polygon_starts: (p + 1,) where each polygon's segments start, and where the last one's end.
-        circles: (c, 3) x, y, radius [m].
-        bounds: (4,) beyond these all is solid [m]; infinite when there are no walls.
-    """
-
-    segments: np.ndarray
-    polygon_starts: np.ndarray
-    circles: np.ndarray
-    bounds: np.ndarray
+    segments: np.ndarray  # (s, 4) x0, y0, x1, y1 of the polygons' edges, polygon by polygon, then of the walls [m]
+    polygon_starts: np.ndarray  # (p + 1,) where each polygon's segments start, and where the last one's end
+    circles: np.ndarray  # (c, 3) x, y, radius [m]
+    bounds: np.ndarray  # (4,) beyond these all is solid [m]; infinite when there are no walls
 
 
 @lru_cache(maxsize=16)
@@ -74,16 +67,14 @@ def simulate_scan(world: World, state: State, lidar: Lidar, discs: np.ndarray = 
 
 
 def cast_beams(world: World, origins: np.ndarray, angles: np.ndarray, discs: np.ndarray | None = None) -> np.ndarray:
-    """Distance to the nearest surface along beams that begin where each likes, in the world frame.
+    """Distance (n,) [m] to the nearest surface along beams that begin where each likes, world frame; +Inf without one.
+
+    It is -Inf where a beam begins on or in an obstacle, or beyond the walls.
 
     Args:
-        world: the solid surroundings.
         origins: (n, 2) where each beam begins [m].
         angles: (n,) its direction [rad].
         discs: (n, k, 3) x, y, radius [m] of the movers at the instant of each beam.
-
-    Returns:
-        (n,) [m]; +Inf without a surface, -Inf where the beam begins on or in an obstacle, or beyond the walls.
     """
     scene = ray_scene(world)
     points, directions = np.ascontiguousarray(origins, dtype=float), np.ascontiguousarray(angles, dtype=float)

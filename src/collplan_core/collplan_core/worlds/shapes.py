@@ -24,31 +24,21 @@ class WorldError(ValueError):
 class World:
     """Obstacles and bounds in the world frame, whatever the robot.
 
-    Attributes:
-        name: name of a shipped arena, a file's stem, or "family:seed".
-        polygons: each (k, 2), convex; counter-clockwise whichever way they were given [m].
-        circles: (c, 3) x, y, radius [m].
-        bounds: x_min, y_min, x_max, y_max of the arena [m]; obstacles may reach beyond.
-        walled: the bounds are solid walls; otherwise beams and robot can leave the arena.
-        start, goal: (2,) [m], or None.
-        source: path of the file that it was read from, else empty.
-        movers: what walks through it.
-
     Raises:
         WorldError: at construction, when a shape is degenerate or not convex, a number is not finite, there are more
             than MOST_OBSTACLES, or start, goal or a mover's way point lie outside the bounds or in an obstacle. A robot
             needs more room than a point: see `check_route`.
     """
 
-    name: str
-    polygons: tuple[np.ndarray, ...]
-    circles: np.ndarray
-    bounds: tuple[float, float, float, float]
-    walled: bool = True
-    start: np.ndarray | None = None
+    name: str  # name of a shipped arena, a file's stem, or "family:seed"
+    polygons: tuple[np.ndarray, ...]  # each (k, 2), convex; counter-clockwise whichever way they were given [m]
+    circles: np.ndarray  # (c, 3) x, y, radius [m]
+    bounds: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the arena [m]; obstacles may reach beyond
+    walled: bool = True  # the bounds are solid walls; otherwise beams and robot can leave the arena
+    start: np.ndarray | None = None  # start, goal: (2,) [m], or None
     goal: np.ndarray | None = None
-    source: str = ""
-    movers: tuple[Mover, ...] = ()
+    source: str = ""  # path of the file that it was read from, else empty
+    movers: tuple[Mover, ...] = ()  # what walks through it
 
     def __repr__(self) -> str:
         """Summary in a line: name and number of obstacles."""

@@ -25,19 +25,13 @@ class Grid(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ClearanceField:
-    """Clearance of the disc's centre from boundaries, world frame. Outside of the grid nothing is known: FAR.
+    """Clearance of the disc's centre from boundaries, world frame. Outside of the grid nothing is known: FAR."""
 
-    Attributes:
-        origin: (2,) where node [0, 0] is [m].
-        spacing: distance between neighbouring nodes [m].
-        clearance: (nx, ny) distance to the nearest boundary less the disc's radius, below 0 inside, at most FAR [m].
-        source: (nx, ny) int8, kind of that boundary: NOTHING, OBSERVED, PENDING or INFERRED.
-    """
-
-    origin: np.ndarray
-    spacing: float
+    origin: np.ndarray  # (2,) where node [0, 0] is [m]
+    spacing: float  # distance between neighbouring nodes [m]
     clearance: np.ndarray
-    source: np.ndarray
+    """(nx, ny) distance to the nearest boundary less the disc's radius, below 0 inside, at most FAR [m]."""
+    source: np.ndarray  # (nx, ny) int8, kind of that boundary: NOTHING, OBSERVED, PENDING or INFERRED
 
     @property
     def grid(self) -> Grid:

@@ -10,16 +10,11 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Sig
 
 
 class _Stretch(NamedTuple):
-    """Visible part of a wall.
+    """Visible part of a wall."""
 
-    Attributes:
-        low, high: shares of the wall between which it is seen.
-        before, beyond: lengths over which its surface is seen before and beyond the wall, along it [m].
-    """
-
-    low: float
+    low: float  # low, high: shares of the wall between which it is seen
     high: float
-    before: float
+    before: float  # before, beyond: lengths over which its surface is seen before and beyond the wall, along it [m]
     beyond: float
 
 
@@ -127,11 +122,9 @@ def _normal(wall: np.ndarray, length: float, sight: Sight) -> tuple[float, float
 def _cut_wall(
     wall: np.ndarray, stretch: _Stretch, spacing: float, inset: float, sight: Sight, cuts: Cuts, k: int
 ) -> int:
-    """Cuts what is seen of a wall into pieces number k and on; the count of pieces after it.
-
-    Pieces reach over their neighbours by half a spacing. Those that this takes out of the square are left to a later
-    scan: the end of what is seen would else move along with the robot.
-    """
+    """Cuts what is seen of a wall into pieces number k and on; the count of pieces after it."""
+    # Pieces reach over their neighbours by half a spacing. Those that this takes out of the square are left to a later
+    # scan: the end of what is seen would else move along with the robot.
     low, high, before, beyond = stretch
     length = math.sqrt((wall[2] - wall[0]) ** 2 + (wall[3] - wall[1]) ** 2)
     nx, ny = _normal(wall, length, sight)

@@ -165,15 +165,11 @@ def _merge_piece(
 
 @njit
 def merge_scan(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows: np.ndarray, margin: float) -> int:
-    """Merges the pieces of a scan with the remembered ones.
+    """Merges the pieces of a scan with the `count` remembered ones; returns how many there are now.
 
     Args:
-        count: number of pieces in the pool.
         rows: distances of inferred solid behind a piece [m].
         margin: nearer in front of a new piece older ones are the same boundary from a pose that was off [m].
-
-    Returns:
-        How many pieces there are now.
     """
     buckets = _filled(pool, count, sight, nodes.grid.spacing)
     for m in range(len(cuts.pieces)):

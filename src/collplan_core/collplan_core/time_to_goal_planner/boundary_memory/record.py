@@ -13,26 +13,15 @@ class RememberedBoundaries:
 
     The obstacle of the disc's centre is the union of the discs around the pieces and around the solid inferred behind
     some of them.
-
-    Attributes:
-        pieces: (k, 4) short straight pieces x0, y0, x1, y1 of the boundaries themselves, not grown [m].
-        normals: (k, 2) unit normals toward where they were seen from.
-        solid_behind: (k,) whether solid is inferred behind them.
-        seen: (k,) stamp of the last scan that showed them [s].
-        free: (nx, ny) on the field's nodes: whether the disc's centre was seen to be free there.
-        field: clearance of the disc's centre from all of it.
-        seen_free_behind: (k,) whether what could be inferred behind them was seen to be free.
-        times_contradicted: (k,) int8, number of scans running that saw through them.
-        kinds: (k,) OBSERVED where they have stood in place for movers.standing_time, else PENDING in sight and INFERRED
-            out of it.
     """
 
-    pieces: np.ndarray
-    normals: np.ndarray
-    solid_behind: np.ndarray
-    seen: np.ndarray
-    free: np.ndarray
-    field: ClearanceField
-    seen_free_behind: np.ndarray
-    times_contradicted: np.ndarray
+    pieces: np.ndarray  # (k, 4) short straight pieces x0, y0, x1, y1 of the boundaries themselves, not grown [m]
+    normals: np.ndarray  # (k, 2) unit normals toward where they were seen from
+    solid_behind: np.ndarray  # (k,) whether solid is inferred behind them
+    seen: np.ndarray  # (k,) stamp of the last scan that showed them [s]
+    free: np.ndarray  # (nx, ny) on the field's nodes: whether the disc's centre was seen to be free there
+    field: ClearanceField  # clearance of the disc's centre from all of it
+    seen_free_behind: np.ndarray  # (k,) whether what could be inferred behind them was seen to be free
+    times_contradicted: np.ndarray  # (k,) int8, number of scans running that saw through them
     kinds: np.ndarray
+    """(k,) OBSERVED where they have stood for movers.standing_time, else PENDING in sight, INFERRED out of it."""

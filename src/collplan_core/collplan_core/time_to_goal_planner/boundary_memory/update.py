@@ -41,12 +41,7 @@ NO_ROWS, NONE, NO_KINDS = np.zeros(0), np.zeros(0, bool), np.zeros(0, int)
 def remember(
     memory: RememberedBoundaries | None, local_map: LocalMap, robot: Robot, settings: Remembered
 ) -> RememberedBoundaries:
-    """The memory with one more scan: shown boundaries are merged, contradicted ones forgotten. The old one stays valid.
-
-    Args:
-        memory: boundaries remembered from the scans before, None at the first one.
-        local_map: local map of the newest scan.
-    """
+    """The memory with one more scan: shown boundaries merged, contradicted ones forgotten. The old one stays valid."""
     if memory is None:
         half = 0.5 * min(FIRST_SIDE, settings.side)
         memory = _nothing(first_nodes(local_map.position, half, settings.spacing, robot.radius))
@@ -70,9 +65,7 @@ def remember(
 def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settings: Remembered) -> RememberedBoundaries:
     """A memory of a given map: all walls (w, 4), never forgotten, nothing inferred, free wherever nothing is touched.
 
-    Args:
-        walls: x0, y0, x1, y1 [m].
-        center: (2,) centre of the grid, which is as large as the walls need [m].
+    Walls are x0, y0, x1, y1 [m]; the grid, as large as they need, has its centre at `center` (2,) [m].
     """
     walls = np.ascontiguousarray(walls, dtype=float).reshape(-1, 4)
     far = np.abs(walls.reshape(-1, 2) - center).max(initial=0.0) + robot.radius + FAR

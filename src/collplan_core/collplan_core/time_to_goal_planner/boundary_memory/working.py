@@ -12,13 +12,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.record import Remembered
 
 
 class Pool(NamedTuple):
-    """The remembered pieces as in the record, with room for new ones, and the fate of each; written to.
-
-    Attributes:
-        kinds: OBSERVED where it stands, PENDING where it does not but the newest scan shows it, else INFERRED.
-        kept: whether a piece stays remembered.
-        fresh: whether the newest scan shows a piece.
-    """
+    """The remembered pieces as in the record, with room for new ones, and the fate of each; written to."""
 
     pieces: np.ndarray
     normals: np.ndarray
@@ -26,66 +20,45 @@ class Pool(NamedTuple):
     seen_free_behind: np.ndarray
     seen: np.ndarray
     times_contradicted: np.ndarray
-    kinds: np.ndarray
-    kept: np.ndarray
-    fresh: np.ndarray
+    kinds: np.ndarray  # OBSERVED where it stands, PENDING where it does not but the newest scan shows it, else INFERRED
+    kept: np.ndarray  # whether a piece stays remembered
+    fresh: np.ndarray  # whether the newest scan shows a piece
 
 
 class Cuts(NamedTuple):
-    """Boundaries that the newest scan shows, cut into pieces.
+    """Boundaries that the newest scan shows, cut into pieces."""
 
-    Attributes:
-        pieces: (m, 4) x0, y0, x1, y1 [m].
-        normals: (m, 2) unit normals toward the robot.
-        inner: (m,) whether they are far enough from both ends of what was seen of their surface to infer solid.
-    """
-
-    pieces: np.ndarray
-    normals: np.ndarray
+    pieces: np.ndarray  # (m, 4) x0, y0, x1, y1 [m]
+    normals: np.ndarray  # (m, 2) unit normals toward the robot
     inner: np.ndarray
+    """(m,) whether they are far enough from both ends of what was seen of their surface to infer solid."""
 
 
 class Sight(NamedTuple):
-    """The newest scan as beams from a place.
+    """The newest scan as beams from a place."""
 
-    Attributes:
-        ranges: (b,) how far each beam saw [m].
-        x, y: origin of the beams [m]; first: bearing of the first; step: angle between two [rad].
-        beams: (b, 3) where each begins [m] and how much farther it is turned [rad]; (0, 3) where all do at x, y.
-        half_side: half the side of the square in which it counts [m].
-        stamp: stamp of the scan [s].
-        stands: (b,) whether what each beam met has stood in place.
-        swept: (m, 3) discs x, y, radius in which movers were lately [m].
-    """
-
-    ranges: np.ndarray
-    x: float
+    ranges: np.ndarray  # (b,) how far each beam saw [m]
+    x: float  # x, y: origin of the beams [m]
     y: float
-    first: float
-    step: float
+    first: float  # bearing of the first beam [rad]
+    step: float  # angle between two beams [rad]
     beams: np.ndarray
-    half_side: float
-    stamp: float
-    stands: np.ndarray
-    swept: np.ndarray
+    """(b, 3) where each begins [m] and how much farther it is turned [rad]; (0, 3) where all do at x, y."""
+    half_side: float  # half the side of the square in which it counts [m]
+    stamp: float  # stamp of the scan [s]
+    stands: np.ndarray  # (b,) whether what each beam met has stood in place
+    swept: np.ndarray  # (m, 3) discs x, y, radius in which movers were lately [m]
 
 
 class Nodes(NamedTuple):
-    """The clearance field while it is renewed; written to.
+    """The clearance field while it is renewed; written to."""
 
-    Attributes:
-        clearance, source: (nx, ny) as in the field; free: (nx, ny) as in the record.
-        stale: (nx, ny) whether the clearance has to be computed anew.
-        grid: grid of the nodes.
-        radius: radius of the disc [m].
-    """
-
-    clearance: np.ndarray
+    clearance: np.ndarray  # clearance, source: (nx, ny) as in the field
     source: np.ndarray
-    free: np.ndarray
-    stale: np.ndarray
-    grid: Grid
-    radius: float
+    free: np.ndarray  # (nx, ny) as in the record
+    stale: np.ndarray  # (nx, ny) whether the clearance has to be computed anew
+    grid: Grid  # grid of the nodes
+    radius: float  # radius of the disc [m]
 
 
 def pool_of(memory: RememberedBoundaries, more: int) -> Pool:

@@ -38,10 +38,8 @@ def _waypoint(
 
 @njit
 def _ahead(point: _Waypoint, x: float, y: float) -> tuple[float, float, float]:
-    """Unit direction from (x, y) along the path by a waypoint, and the distance to that [m].
-
-    Toward a point NEAREST ahead on the path: so close to a waypoint the direction to it means nothing.
-    """
+    """Unit direction from (x, y) along the path by a waypoint, and the distance to that [m]."""
+    # Toward a point NEAREST ahead on the path: so close to a waypoint the direction to it means nothing.
     dx, dy = point.x - x, point.y - y
     distance = math.hypot(dx, dy)
     beyond = max(NEAREST - distance, 0.0)
@@ -63,12 +61,10 @@ def _swing(ux: float, uy: float, bounds: VelocityBounds, max_acceleration: float
 def _time_by(
     point: _Waypoint, bounds: VelocityBounds, max_acceleration: float, x: float, y: float, vx: float, vy: float
 ) -> float:
-    """Time to go from (x, y) at (vx, vy) by a waypoint first [s].
-
-    The velocity has to become that toward the waypoint, which then turns there. Or it has that turn behind it and has
-    to become the one onward, if that is faster: wholly up to MAYBE_TURNED from the waypoint, by less and less
-    up to NOT_TURNED. Beyond the waypoint it counts with max_speed, of which a box may allow more.
-    """
+    """Time to go from (x, y) at (vx, vy) by a waypoint first [s]."""
+    # The velocity has to become that toward the waypoint, which then turns there. Or it has that turn behind it and has
+    # to become the one onward, if that is faster: wholly up to MAYBE_TURNED from the waypoint, by less and less
+    # up to NOT_TURNED. Beyond the waypoint it counts with max_speed, of which a box may allow more.
     ux, uy, distance = _ahead(point, x, y)
     time = (distance * share_along(bounds, ux, uy) + point.remaining) / bounds.max_speed
     before = _swing(ux, uy, bounds, max_acceleration, vx, vy)

@@ -16,18 +16,13 @@ MOST_ALONG = 6_000
 
 
 class Cells(NamedTuple):
-    """The cells and the clearance field under them. Cell [i, j] has its centre at (x, y) + spacing * (i, j).
+    """The cells and the clearance field under them. Cell [i, j] has its centre at (x, y) + spacing * (i, j)."""
 
-    Attributes:
-        blocked: (mx, my) bool; x, y, spacing: [m].
-        clearance: (nx, ny) on the nodes of `grid` [m].
-    """
-
-    blocked: np.ndarray
-    x: float
+    blocked: np.ndarray  # (mx, my) bool
+    x: float  # x, y, spacing: [m]
     y: float
     spacing: float
-    clearance: np.ndarray
+    clearance: np.ndarray  # (nx, ny) on the nodes of `grid` [m]
     grid: Grid
 
 
@@ -38,12 +33,10 @@ def _covered(field: ClearanceField, goal: np.ndarray, around: np.ndarray) -> tup
 
 
 def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, spacing: float) -> tuple[Cells, int]:
-    """Cells that cover everything known, the goal and around.
+    """Cells that cover everything known, the goal and around, and the goal's cell as flat index.
 
-    The goal is a cell's centre: where all is turned about the goal by a right angle, cells turn into cells.
-
-    Returns:
-        the cells, of more than the spacing [m] where there would be more than about 60,000; the goal's as flat index.
+    The goal is a cell's centre: where all is turned about the goal by a right angle, cells turn into cells. Cells are
+    larger than the spacing [m] where there would be more than about 60,000.
     """
     low, high = _covered(field, goal, around)
     width, height = (float(side) for side in high - low)
@@ -58,11 +51,9 @@ def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, sp
 
 @njit
 def _block(cells: Cells) -> None:
-    """Blocks the cells at whose centre the disc would touch.
-
-    A free strip as wide as a cell always holds a chain of neighbouring centres, however it is turned; a blocked band
-    of 1.5 cells always parts them.
-    """
+    """Blocks the cells at whose centre the disc would touch."""
+    # A free strip as wide as a cell always holds a chain of neighbouring centres, however it is turned; a blocked band
+    # of 1.5 cells always parts them.
     blocked, x, y, spacing, clearance, grid = cells
     mx, my = blocked.shape
     for i in range(mx):

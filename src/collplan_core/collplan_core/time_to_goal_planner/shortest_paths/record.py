@@ -30,33 +30,23 @@ class ShortestPaths:
 
     World frame. Cell [i, j] has its centre at origin + spacing * (i, j). Cells and waypoints from which the goal
     cannot be reached have no path.
-
-    Attributes:
-        origin: (2,) centre of cell [0, 0] [m].
-        spacing: spacing of the cells [m].
-        blocked: (mx, my) bool, cells within known obstacles.
-        length: (mx, my) length of the path, inf where there is none [m].
-        waypoint: (mx, my) int32, index of the first waypoint, seen in a straight line; -1 where there is none.
-        waypoints: (w, 2) positions [m]. Number 0 is the goal; where it is blocked, paths end within its tolerance.
-        onward: (w, 2) unit direction in which the path goes on after the turn at the waypoint; (0, 0) at number 0.
-        remaining: (w,) length of the path from the waypoint on [m].
-        turning: (w,) sum of 1 - cos over the turns after the waypoint's [-]; a turn costs its 1 - cos times
-            max_speed / (2 max_acceleration) [s].
-        goal: (2,) position of the goal [m].
-        tolerance: distance to the goal that counts as arrived [m].
     """
 
-    origin: np.ndarray
-    spacing: float
-    blocked: np.ndarray
-    length: np.ndarray
-    waypoint: np.ndarray
+    origin: np.ndarray  # (2,) centre of cell [0, 0] [m]
+    spacing: float  # spacing of the cells [m]
+    blocked: np.ndarray  # (mx, my) bool, cells within known obstacles
+    length: np.ndarray  # (mx, my) length of the path, inf where there is none [m]
+    waypoint: np.ndarray  # (mx, my) int32, index of the first waypoint, seen in a straight line; -1 where there is none
     waypoints: np.ndarray
+    """(w, 2) positions [m]. Number 0 is the goal; where it is blocked, paths end within its tolerance."""
     onward: np.ndarray
-    remaining: np.ndarray
+    """(w, 2) unit direction in which the path goes on after the turn at the waypoint; (0, 0) at number 0."""
+    remaining: np.ndarray  # (w,) length of the path from the waypoint on [m]
     turning: np.ndarray
-    goal: np.ndarray
-    tolerance: float
+    """(w,) sum of 1 - cos over the turns after the waypoint's [-]; a turn costs its 1 - cos times
+    max_speed / (2 max_acceleration) [s]."""
+    goal: np.ndarray  # (2,) position of the goal [m]
+    tolerance: float  # distance to the goal that counts as arrived [m]
 
     def lookup(self, tolerance: float) -> PathLookup:
         """The paths for compiled code, with the distance to the goal that counts as arrived there [m]."""

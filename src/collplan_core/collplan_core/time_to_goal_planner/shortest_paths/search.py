@@ -18,11 +18,9 @@ def shortest_paths(
     earlier: ShortestPaths | None = None,
     finer: int = 1,
 ) -> ShortestPaths:
-    """Any-angle shortest paths of the disc's centre to the goal; what the field does not know is free.
+    """Any-angle shortest paths of the disc's centre to the goal (2,) [m]; what the field does not know is free.
 
     Args:
-        field: clearance of the disc's centre, world frame.
-        goal: (2,) [m].
         around: (2,) where the robot is; the cells cover it, the goal and everything known [m].
         earlier: returned as it is where goal and blocked cells are the same.
         finer: cells are so many times smaller than `time_to_goal.grid_spacing`.

@@ -27,16 +27,12 @@ def push(
     key: float,
     item: int,
 ) -> int:
-    """Adds entry number count, an item by its key.
+    """Adds entry number count, an item by its key [buckets]; returns the number of entries ever added.
 
     Args:
         heads: (RING,) number of each bucket's uppermost entry or EMPTY.
         below, keys, items: next entry in the bucket, key and item of each entry, by its number.
         now: the bucket taken from last, counted from key 0.
-        key: key of the item [buckets].
-
-    Returns:
-        the number of entries ever added.
     """
     bucket = min(max(int(key), now), now + RING - 1) % RING
     keys[count], items[count], below[count] = key, item, heads[bucket]
@@ -87,19 +83,13 @@ MOST_ENTRIES = 16
 
 
 class Front(NamedTuple):
-    """The search, by flat index of a cell, changed in place. Lengths are counted in cells.
+    """The search, by flat index of a cell, changed in place. Lengths are counted in cells."""
 
-    Attributes:
-        length: (n,) length of the path; parent: (n,) int32, cell it leads to in a straight line; state: (n,) uint8.
-        order: (n,) int32, the cells that are done, in that order.
-        heads, below, keys, items: the queue of those to come.
-    """
-
-    length: np.ndarray
-    parent: np.ndarray
-    state: np.ndarray
-    order: np.ndarray
-    heads: np.ndarray
+    length: np.ndarray  # (n,) length of the path
+    parent: np.ndarray  # (n,) int32, cell it leads to in a straight line
+    state: np.ndarray  # (n,) uint8
+    order: np.ndarray  # (n,) int32, the cells that are done, in that order
+    heads: np.ndarray  # heads, below, keys, items: the queue of those to come
     below: np.ndarray
     keys: np.ndarray
     items: np.ndarray
@@ -127,10 +117,8 @@ def _leads(parent: np.ndarray, state: np.ndarray, cell: int, w: int) -> bool:
 
 @njit
 def _between(parent: np.ndarray, state: np.ndarray, cell: int, w: int, my: int) -> bool:
-    """Returns whether the two neighbours between which the line to w leaves the cell both have w as parent.
-
-    Then the cell sees w as well: nothing known is thin enough to stand between two lines a cell apart.
-    """
+    """Whether both neighbours between which the line to w leaves the cell have w as parent: the cell sees w as well."""
+    # Nothing known is thin enough to stand between two lines a cell apart.
     i, j = cell // my, cell % my
     di, dj = w // my - i, w % my - j
     si, sj = int(di > 0) - int(di < 0), int(dj > 0) - int(dj < 0)
@@ -192,14 +180,9 @@ def _begin(cells: Cells, front: Front, goal: int, reach: float) -> int:
 
 @njit
 def spread(cells: Cells, front: Front, goal: int, reach: float) -> int:
-    """Spreads the front from the goal as far as it goes.
+    """Spreads the front from the goal's cell as far as it goes; returns the number of cells that have a path.
 
-    Args:
-        goal: flat index of its cell.
-        reach: distance that counts as arrived [cells].
-
-    Returns:
-        the number of cells that have a path.
+    `reach` is the distance that counts as arrived [cells].
     """
     # in one loop over arrays: to call something with all of them at every cell takes as long as all the rest
     mx, my = cells.blocked.shape

@@ -35,14 +35,13 @@ def find_waypoints(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The waypoints of all paths: cells at which some path turns or ends.
 
+    Returns waypoint (mx * my,) int32, number of the waypoint that a cell's path leads to first, -1 without a path;
+    waypoints (w, 2) [m], from near to far; before (w,) int32, the waypoint that each one's path leads to.
+
     Args:
         parent: (mx * my,) flat index of the cell that the path leads to from each.
         order: (n,) the cells that have a path, from near to far.
         goal: the cell that all paths end at.
-
-    Returns:
-        waypoint (mx * my,) int32, number of the waypoint that a cell's path leads to first, -1 without a path;
-        waypoints (w, 2) [m], from near to far; before (w,) int32, the waypoint that each one's path leads to.
     """
     my = cells.blocked.shape[1]
     number = np.full(len(parent), NONE, dtype=np.int32)

@@ -31,8 +31,7 @@ LEAST_CURVATURE = 1e-3
 def backward(problem: Problem, knots: Knots, damping: float, gains: Gains) -> float:
     """Writes gains that lower the cost of a trajectory; its slope by the share taken of them, twice what they promise.
 
-    Args:
-        damping: added to the second derivative by accelerations [s^5/m^2].
+    Damping is added to the second derivative by accelerations [s^5/m^2].
     """
     states, goal, lag = knots.states, problem.constants.goal, problem.constants.model.wheels.lag + MORE_LAG
     model, half, phase, n = np.zeros((8, 8)), np.zeros((8, 8)), len(knots.ends) - 1, knots.ends[-1]
@@ -61,10 +60,8 @@ def backward(problem: Problem, knots: Knots, damping: float, gains: Gains) -> fl
 
 @njit
 def _add(model: np.ndarray, term: Term, i: int, lead: float, tau: float, by_tau: float) -> None:
-    """Adds tau times a term of the variables i and i + 1, with `lead` times the acceleration on top.
-
-    Its derivative by tau is the term itself, `by_tau` times.
-    """
+    """Adds tau times a term of the variables i and i + 1, with `lead` times the acceleration on top."""
+    # Its derivative by tau is the term itself, `by_tau` times.
     if term.value == 0.0:
         return
     for r, p in ((i, 1.0), (AX, lead)):
@@ -84,10 +81,8 @@ def _add(model: np.ndarray, term: Term, i: int, lead: float, tau: float, by_tau:
 def _times_step(
     model: np.ndarray, result: np.ndarray, rows: int, wx: float, wy: float, ax: float, ay: float, tau: float
 ) -> None:
-    """Rows of a model after a step times the derivative of the step: of x, y, vx, vy by what they come from.
-
-    w is the velocity at the end of the step: so much farther it leads if it takes longer.
-    """
+    """Rows of a model after a step times the derivative of the step: of x, y, vx, vy by what they come from."""
+    # w is the velocity at the end of the step: so much farther it leads if it takes longer.
     half = 0.5 * tau * tau
     for r in range(rows):
         x, y, vx, vy = model[r, 0], model[r, 1], model[r, 2], model[r, 3]
@@ -98,10 +93,8 @@ def _times_step(
 
 @njit
 def _choose(model: np.ndarray, i: int, damping: float, most: float, gain: np.ndarray) -> None:
-    """Writes the gain (7,) of the variable i that is best, and the model where it is taken.
-
-    Where it would change by more than `most`, it changes by that, whatever comes before it.
-    """
+    """Writes the gain (7,) of the variable i that is best, and the model where it is taken."""
+    # Where it would change by more than `most`, it changes by that, whatever comes before it.
     curvature, count = max(model[i, i], 0.0) + damping, max(i, AX)
     change = -model[i, ONE] / curvature
     for c in range(count):

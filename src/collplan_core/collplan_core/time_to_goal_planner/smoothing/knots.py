@@ -17,33 +17,20 @@ X, VX, TAU, ONE, AX = 0, 2, 4, 5, 6
 
 
 class Knots(NamedTuple):
-    """A trajectory of n constant accelerations in m phases.
+    """A trajectory of n constant accelerations in m phases."""
 
-    Attributes:
-        states: (n + 1, 4) x, y, vx, vy, at a contact those after it.
-        accelerations: (n, 2) [m/s^2].
-        durations: (m,) time between two knots of a phase [s].
-        ends: (m,) knot at which a phase ends: by a contact, and the last one at the goal.
-        margins: (n,) clearance kept at each knot [m].
-    """
-
-    states: np.ndarray
-    accelerations: np.ndarray
-    durations: np.ndarray
-    ends: np.ndarray
-    margins: np.ndarray
+    states: np.ndarray  # (n + 1, 4) x, y, vx, vy, at a contact those after it
+    accelerations: np.ndarray  # (n, 2) [m/s^2]
+    durations: np.ndarray  # (m,) time between two knots of a phase [s]
+    ends: np.ndarray  # (m,) knot at which a phase ends: by a contact, and the last one at the goal
+    margins: np.ndarray  # (n,) clearance kept at each knot [m]
 
 
 class Gains(NamedTuple):
-    """Linear functions that give each change of a pass from the changes before it.
+    """Linear functions that give each change of a pass from the changes before it."""
 
-    Attributes:
-        accelerations: (n, 2, 7); of ay by that of ax, too.
-        durations: (m, 7); by the state at the beginning of the phase.
-    """
-
-    accelerations: np.ndarray
-    durations: np.ndarray
+    accelerations: np.ndarray  # (n, 2, 7); of ay by that of ax, too
+    durations: np.ndarray  # (m, 7); by the state at the beginning of the phase
 
 
 @njit
