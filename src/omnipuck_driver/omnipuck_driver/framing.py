@@ -30,18 +30,11 @@ class FrameError(ValueError):
 
 @dataclass(frozen=True)
 class Frame:
-    """The content of a frame whose checksum is right.
+    """The content of a frame whose checksum is right."""
 
-    Attributes:
-        version: version of the sender's protocol.
-        kind: type of the message.
-        sequence: goes up by one from frame to frame, 0 after 65535.
-        payload: depends on the kind.
-    """
-
-    version: int
-    kind: int
-    sequence: int
+    version: int  # of the sender's protocol
+    kind: int  # type of the message, on which the payload depends
+    sequence: int  # goes up by one from frame to frame, 0 after 65535
     payload: bytes
 
 

@@ -37,11 +37,7 @@ from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
 @dataclass(frozen=True)
 class TrialJournals:
-    """Journals of the inputs and decisions of a trial's loops.
-
-    Attributes:
-        planner, controller: their journals.
-    """
+    """Journals of the inputs and decisions of a trial's loops."""
 
     planner: Journal
     controller: Journal

@@ -41,19 +41,12 @@ KINDS = {7: "<f4", 8: "<f8", 2: "|u1"}
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Candidates that a plan was chosen from: single ones, or whole rollouts.
+    """Candidates that a plan was chosen from: single ones, or whole rollouts."""
 
-    Attributes:
-        rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
-        terms: (m,) each cost term by its name, TOTAL among them.
-        paths: paths (n, 2) of rollouts, n > 1 [m].
-        costs: cost of each rollout.
-    """
-
-    rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
-    terms: Mapping[str, np.ndarray] = field(default_factory=dict)
-    paths: Sequence[np.ndarray] = ()
-    costs: Sequence[float] = ()
+    rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))  # (m, 4) x, y, vx, vy of each [m], [m/s]
+    terms: Mapping[str, np.ndarray] = field(default_factory=dict)  # (m,) each cost term by its name, TOTAL among them
+    paths: Sequence[np.ndarray] = ()  # (n, 2) of rollouts, n > 1 [m]
+    costs: Sequence[float] = ()  # of each rollout
 
 
 def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:

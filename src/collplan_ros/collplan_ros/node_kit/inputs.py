@@ -52,11 +52,6 @@ class Inputs:
 
     A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. To do more, it
     catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
-
-    Attributes:
-        refusals: counts of what was refused, for the node's diagnostics.
-        sent: send time of the present message, by the wall clock of its sender [s].
-        number: number of the present message among those of its publisher; None where DDS gives none.
     """
 
     def __init__(self, node: Node, refusals: Refusals | None = None, backlog: Backlog | None = None) -> None:
@@ -65,9 +60,9 @@ class Inputs:
         A `backlog` drops messages that queue up while the node is frozen. Latched messages are kept, as they hold until
         the next one and arrive only once; so are those with `late_counts`.
         """
-        self.refusals = Refusals() if refusals is None else refusals
-        self.sent = 0.0
-        self.number: int | None = None
+        self.refusals = Refusals() if refusals is None else refusals  # for the node's diagnostics
+        self.sent = 0.0  # send time of the present message, by the wall clock of its sender [s]
+        self.number: int | None = None  # of the present message among its publisher's; None where DDS gives none
         self._node = node
         self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}

@@ -58,14 +58,11 @@ class SharedConstants:
 
     A node that has ended no longer disagrees, nor does one that has started again with other values. A node that must
     stand still on a disagreement reads `disagreement` at each step.
-
-    Attributes:
-        disagreement: the differences, as returned by the function `disagreement`; empty where they agree.
     """
 
     def __init__(self, node: Node, settings: Settings, *groups: Group) -> None:
         """Publishes the constants of these groups, declared by `node`, that all must share."""
-        self.disagreement = ""
+        self.disagreement = ""  # the differences, as the function `disagreement` returns them
         self._node = node
         self._name = node.get_fully_qualified_name()
         self._ours = constants_of(settings, *groups)

@@ -51,11 +51,7 @@ def check_base(settings: Settings) -> None:
 
 
 class BaseNode(GraphNode):
-    """Sends the command on while it is fresh, else zero, at base.rate or more often.
-
-    Attributes:
-        contract: behaviour that it shares with every robot.
-    """
+    """Sends the command on while it is fresh, else zero, at base.rate or more often."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""

@@ -32,11 +32,7 @@ REFUSED = "last command refused: not finite or too fast"
 
 
 class CommandCheck:
-    """Clamps commands to the limits of `robot` and `cap`, refuses those not finite or far beyond, and counts both.
-
-    Attributes:
-        last_refused: whether the last command was refused.
-    """
+    """Clamps commands to the limits of `robot` and `cap`, refuses those not finite or far beyond, and counts both."""
 
     def __init__(self, settings: Settings) -> None:
         """Starts at rest, with both counts at zero."""

@@ -21,11 +21,7 @@ LONGEST_SILENCE = 1.0
 
 
 class Localisation:
-    """Listens on /tf and /tf_static for the transform from one frame to another.
-
-    Attributes:
-        frame: pose of the child in the parent; None before the first transform.
-    """
+    """Listens on /tf and /tf_static for the transform from one frame to another."""
 
     def __init__(self, inputs: Inputs, parent: str, child: str, local: Callable[[], float]) -> None:
         """Subscribes through `inputs`; `local` is the time for ages [s].
@@ -37,7 +33,7 @@ class Localisation:
             from tf2_msgs.msg import TFMessage
         except ImportError:
             raise ParameterError("mocap.localised: got True, expected False where tf2_msgs is not installed") from None
-        self.frame: FrameInMap | None = None
+        self.frame: FrameInMap | None = None  # pose of the child in the parent; None before the first transform
         self._parent, self._child, self._local = parent, child, local
         self._received = -math.inf
         self._inputs = inputs

@@ -36,16 +36,11 @@ AGAIN = 1.0
 
 
 class RobotState:
-    """Publishes robot/state, latched, at every change and each AGAIN; logs changes too.
-
-    Attributes:
-        name: FREE, HELD or STOPPED.
-        message: reason why the robot does not move, and how to release it; empty where it is free.
-    """
+    """Publishes robot/state, latched, at every change and each AGAIN; logs changes too."""
 
     def __init__(self, node: Node) -> None:
         """Publishes through `node`; `tell` is to be called with the first state."""
-        self.name = self.message = ""
+        self.name = self.message = ""  # FREE, HELD or STOPPED; why, and how to release it
         self._knows_planner = False
         self._log = node.get_logger()
         self._source = node.get_fully_qualified_name()
@@ -110,19 +105,13 @@ class ContractedRobot(Protocol):
 
 
 class RobotContract:
-    """Commands, the interlock and the emergency stop of one robot.
-
-    Attributes:
-        stopped_by: cause of the latched emergency stop, in words; empty while it is not latched.
-        releases: number of times that a person has let the robot move.
-        clearances: number of times that the emergency stop was cleared.
-    """
+    """Commands, the interlock and the emergency stop of one robot."""
 
     def __init__(
         self, node: Node, inputs: Inputs, robot: ContractedRobot, settings: Settings, times: Times | None = None
     ) -> None:
         """Subscribes through `inputs` and serves in `node`; ages are measured by `times`, by default in real time."""
-        self.stopped_by = ""
+        self.stopped_by = ""  # cause of the latched emergency stop, in words; empty while it is not latched
         self._ignored = self.releases = self.clearances = 0
         self._node = node
         self._inputs = inputs

@@ -122,16 +122,12 @@ TOWARDS: dict[str, Callable[[Any, Base], np.ndarray | None]] = {
 
 
 class TouchInput:
-    """Takes the messages of a base, and publishes the impacts in them.
-
-    Attributes:
-        published: impacts published.
-        missed: touches without a pose, or of a robot that did not move into anything.
-    """
+    """Takes the messages of a base, and publishes the impacts in them."""
 
     def __init__(self, inputs: Inputs, felt: FeltImpacts, settings: Settings, clock: Clock) -> None:
         """Subscribes through `inputs`, publishes through `felt`; `clock` is that of the touches."""
         self.published = self.missed = 0
+        """Impacts published, and touches without a pose or of a robot that did not move into anything."""
         self._settings, self._clock, self._felt = settings, clock, felt
         self._touched, self._last = False, -math.inf
         self._aside = self._bounced = 0

@@ -45,12 +45,6 @@ class SimulatedMocap:
     """Runs in real time, stamped by the system's clock; or in simulated time, which it publishes on /clock.
 
     Time passes by the local clock from `start` on, or else pose by pose, whenever `grant` is called.
-
-    Attributes:
-        simulator: the robot.
-        publishes_clock: whether time is the simulator's, for all nodes.
-        impacts: impacts so far.
-        description: world, seed and start, in words.
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
@@ -58,10 +52,10 @@ class SimulatedMocap:
         simulation = settings.simulator
         world = load_world(simulation.world)
         self.simulator = Simulator(world, settings, simulation.seed)
-        self.publishes_clock = simulation.publishes_clock
+        self.publishes_clock = simulation.publishes_clock  # time is the simulator's, for all nodes
         x, y = self.simulator.state.position.tolist()
         self.description = f"world {world.name}, seed {simulation.seed}, start {x:.3f}, {y:.3f}"
-        self.impacts = 0
+        self.impacts = 0  # so far
         self._node = node
         self._settings = settings
         self._fault = simulation.mocap_fault

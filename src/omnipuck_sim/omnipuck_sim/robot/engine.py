@@ -18,13 +18,9 @@ MUJOCO = "mujoco"
 
 
 class Engine(Protocol):
-    """One disc among obstacles, driven by its wheels; time passes only in `advance`.
+    """One disc among obstacles, driven by its wheels; time passes only in `advance`."""
 
-    Attributes:
-        motion: (8,) of the drive; may be set.
-    """
-
-    motion: np.ndarray
+    motion: np.ndarray  # (8,) of the drive; may be set
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""

@@ -88,9 +88,6 @@ class MujocoDisc:
 
     A hit lasts simulator.contact_time. Contact and friction are MuJoCo's; spring and damper are set for each hit, so
     that the restitution may differ from hit to hit and from wall to wall.
-
-    Attributes:
-        motion: (8,) of the drive; may be set.
     """
 
     def __init__(
@@ -107,7 +104,7 @@ class MujocoDisc:
         self._substeps = ceil(step / LONGEST_STEP - 1e-9)
         self._substep = step / self._substeps
         self._drive = drive_law(robot, simulation)
-        self.motion = np.zeros(8)
+        self.motion = np.zeros(8)  # of the drive; may be set
         push(self._drive, self.motion, Aim())  # compiled before time passes
         pieces = list(outlines(world))
         self._movers = movers
