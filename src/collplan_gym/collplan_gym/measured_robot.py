@@ -30,9 +30,8 @@ class Measured(NamedTuple):
 class MeasuredRobot:
     """A robot in a world that has a start, commanded once a control period; poses and scans come at once.
 
-    Raises:
-        ParameterError: a sensor that needs time, which is not simulated here, or rates at which a control period would
-            last another time than 1 / controller.rate.
+    ParameterError: a sensor that needs time, which is not simulated here, or rates at which a control period would last
+    another time than 1 / controller.rate.
     """
 
     def __init__(self, world: World, settings: Settings, seed: int) -> None:

@@ -49,11 +49,7 @@ def pack_frame(frame: Frame) -> bytes:
 
 
 def unpack_frame(encoded: bytes) -> Frame:
-    """The frame between two delimiters.
-
-    Raises:
-        FrameError: no COBS, too short, or a checksum that does not fit.
-    """
+    """The frame between two delimiters; FrameError: no COBS, too short, or a checksum that does not fit."""
     try:
         body = cobs.decode(encoded)
     except cobs.DecodeError as error:

@@ -121,22 +121,22 @@ class Telemetry:
     """Device to driver: its state, at a steady rate."""
 
     KIND: ClassVar[int] = 0x82
-    session: int  # the present one, as `boot`; 0 before the first Hello
-    boot: int
+    session: int  # the present one, 0 before the first Hello
+    boot: int  # another number after each start
     time: int  # device's clock [ms, modulo 2^32]
-    status: int
+    status: int  # ARMED, ..., as above
     battery: int  # voltage [mV]
     temperature: int  # [0.1 deg C], NO_TEMPERATURE where it measures none
     echo: int  # `sent` of the newest command of the session that came in time, 0 before the first
     echo_delay: int  # time since it came [ms]
     command_age: int  # of the command behind the wheels' motion [ms], NEVER while they stand still
-    accepted: int  # frames that came and were taken, as `dropped` modulo 2^16
-    dropped: int
+    accepted: int  # frames that came, modulo 2^16
+    dropped: int  # likewise
     impacts: int  # sensed so far, modulo 2^16
     impact_age: int  # time since the newest impact [ms], NEVER where there is none
     impact: tuple[float, float]  # its change of velocity in the body frame of then, x forward, y left [m/s]
-    cleared: int  # as `released` of the newest command taken in this session, 0 before one
-    released: int
+    cleared: int  # count of the newest command taken in this session, 0 before one
+    released: int  # likewise
     wheels: tuple[float, ...]  # measured speeds [rad/s]
 
     def pack(self) -> bytes:
@@ -162,14 +162,9 @@ FROM_DEVICE: Kinds = (Announce, Telemetry)
 
 
 def unpack_message(kind: int, payload: bytes, kinds: Kinds = TO_DEVICE + FROM_DEVICE) -> Message:
-    """The message of a frame.
+    """The message of a frame, whose type is `kind`; `kinds` are the messages that may come.
 
-    Args:
-        kind: type that the frame names; payload: what it holds.
-        kinds: the messages that may come.
-
-    Raises:
-        FrameError: a type that is not among them, a length that does not fit, or numbers that are not finite.
+    FrameError: a type that is not among them, a length that does not fit, or numbers that are not finite.
     """
     message = next((each for each in kinds if kind == each.KIND), None)
     if message is None:

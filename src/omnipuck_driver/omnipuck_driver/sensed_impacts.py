@@ -21,7 +21,7 @@ class SensedImpacts:
     def __init__(self, node: Node, inputs: Inputs, settings: Settings, clock: Clock) -> None:
         """Publishes through `node`, subscribes through `inputs`."""
         self.published = 0
-        self.missed = 0  # no pose, no telemetry, older than the poses kept, or no change of velocity
+        self.missed = 0  # without pose or telemetry, older than the poses kept, or without a change of velocity
         self._counted: tuple[int, int] | None = None
         self._felt = FeltImpacts(node, settings, clock)
         inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)

@@ -20,8 +20,7 @@ class PortError(OSError):
 def open_port(path: str, baud: int) -> serial.Serial:
     """Opens the device for this process alone; reading and writing never block.
 
-    Raises:
-        PortError: missing, not permitted, in use, no serial device, or a rate it cannot do.
+    PortError: missing, not permitted, in use, no serial device, or a rate it cannot do.
     """
     try:
         return serial.Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)

@@ -47,8 +47,7 @@ class TrialJournals:
 def trial_journals(path: str | Path | None, world: World, settings: Settings, seed: int) -> Iterator[TrialJournals]:
     """Journals that are written to a file, which is replaced; without a path they keep nothing.
 
-    Raises:
-        OSError: the file cannot be written.
+    OSError: the file cannot be written.
     """
     if path is None:
         yield TrialJournals(Journal(PLANNER), Journal(CONTROLLER))

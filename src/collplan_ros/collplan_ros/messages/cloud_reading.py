@@ -52,8 +52,7 @@ class Compared:
 def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:
     """Points (n, 2) [m] of each layer of LAYERS in a message.
 
-    Raises:
-        MessageError: another frame, other fields, or fewer bytes than it says.
+    MessageError: another frame, other fields, or fewer bytes than it says.
     """
     table = _table(message, frame)
     _check_fields(table, ("x", "y", "layer"))
@@ -62,11 +61,7 @@ def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:
 
 
 def compared_from_message(message: Any, frame: str) -> Compared:
-    """Returns the candidates compared, as given in a message.
-
-    Raises:
-        MessageError: another frame, other fields, or fewer bytes than it says.
-    """
+    """The candidates compared; MessageError: another frame, other fields, or fewer bytes than it says."""
     table = _table(message, frame)
     _check_fields(table, (*PLACES, TOTAL))
     rows = np.column_stack([table[name] for name in PLACES[:4]]).astype(float)
@@ -83,9 +78,8 @@ def compared_from_message(message: Any, frame: str) -> Compared:
 def plan_from_message(message: Any, frame: str) -> Plan:
     """The plan in a message of planner/trajectory; how it was chosen is not in it.
 
-    Raises:
-        MessageError: another frame, other fields, fewer bytes than it says, fewer than 2 points of the path, not
-            finite, or times of the path that do not rise.
+    MessageError: another frame, other fields, fewer bytes than it says, fewer than 2 points of the path, not finite, or
+    times of the path that do not rise.
     """
     table = _table(message, frame)
     _check_fields(table, PLAN)
@@ -116,8 +110,7 @@ def _pairs(table: np.ndarray, x: str, y: str) -> np.ndarray:
 def impact_from_cloud(message: Any, frame: str) -> Impact:
     """The impact in a message, in `frame`.
 
-    Raises:
-        MessageError: another frame, other fields, other than one point, not finite, or of an unknown source.
+    MessageError: another frame, other fields, other than one point, not finite, or of an unknown source.
     """
     table = _table(message, frame)
     _check_fields(table, (*IMPACT, SOURCE))

@@ -39,8 +39,7 @@ class Format:
 def message_type(mocap: Mocap) -> type:
     """The message class of `mocap.format`.
 
-    Raises:
-        ParameterError: none of its packages is installed, or `mocap.subject` is empty and the format needs one.
+    ParameterError: none of its packages is installed, or `mocap.subject` is empty and the format needs one.
     """
     chosen = FORMATS[mocap.format]
     if chosen.several and not mocap.subject:

@@ -43,7 +43,7 @@ class InputWatch:
         self._reason = reason
 
     def check(self) -> dict[str, str]:
-        """Returns lines about changes since the last check, by the key that makes each a new message.
+        """Lines about changes since the last check, by the key that makes each a new message.
 
         The key of an input that arrives is COMES, with its name.
         """

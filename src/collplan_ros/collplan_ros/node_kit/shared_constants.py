@@ -33,14 +33,9 @@ def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
 
 
 def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]]) -> str:
-    """Returns where constants of this and other nodes differ, over the keys that both have; "" where they agree.
+    """Where constants of this and other nodes, by name, differ, over the keys that both have; "" where they agree.
 
-    Args:
-        ours: values by key.
-        others: the same of other nodes, by name.
-
-    Returns:
-        For each key "robot.radius: 0.09 here, 0.15 in /driver_node", by key, then by value, joined with "; ".
+    For each key "robot.radius: 0.09 here, 0.15 in /driver_node", by key, then by value, joined with "; ".
     """
     found: dict[tuple[str, str], list[str]] = {}
     for name, theirs in others.items():

@@ -36,11 +36,7 @@ FINAL_ZEROS = 3
 
 
 def check_base(settings: Settings) -> None:
-    """Checks the caps, and that a base with a watchdog does not stop between two velocities.
-
-    Raises:
-        ParameterError: one does not fit.
-    """
+    """Checks the caps, and that a base with a watchdog does not stop between two velocities; else ParameterError."""
     check_caps(settings)
     base = settings.base
     if 0.0 < base.watchdog * base.rate < 2.0:

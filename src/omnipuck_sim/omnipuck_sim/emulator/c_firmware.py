@@ -76,11 +76,7 @@ class CFirmware:
     """
 
     def __init__(self, simulator: Simulator, settings: Settings, boot: int) -> None:
-        """Compiles the firmware where that is needed.
-
-        Raises:
-            ParameterError: it cannot be compiled, or is to speak another version or of wheels that are not there.
-        """
+        """Compiles the firmware where that is needed; ParameterError: it cannot, or version or wheels do not fit."""
         faults = settings.emulator.asked
         if faults.protocol_version != VERSION:
             raise ParameterError(

@@ -75,11 +75,7 @@ class SimulatedMocap:
         self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
     def start(self, advance: Callable[[], object]) -> None:
-        """Calls `advance` once per pose from now on, when it is due by the local clock.
-
-        Raises:
-            ParameterError: simulator.speed_factor is 0.
-        """
+        """Calls `advance` once per pose, when due by the local clock; ParameterError: simulator.speed_factor is 0."""
         simulation = self._settings.simulator
         if simulation.speed_factor == 0.0:
             raise ParameterError("simulator.speed_factor: got 0, expected more: only bringup makes time wait for nodes")
@@ -105,10 +101,7 @@ class SimulatedMocap:
         return self._pacing.stalled
 
     def advance(self, before_step: Callable[[], None] | None = None) -> list[Impact]:
-        """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts.
-
-        `before_step` is called before each step.
-        """
+        """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts."""
         now = monotonic()
         steps = self._pacing.due(now)
         if not self.publishes_clock:

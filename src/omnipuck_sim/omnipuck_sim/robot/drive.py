@@ -157,11 +157,8 @@ def _is_clear(x: float, y: float, outline: tuple) -> bool:
 def flown(motion: np.ndarray, law_fields: tuple, aim_fields: tuple, outline: tuple, most: int) -> int:
     """Moves on in free flight, by steps as pymunk makes them; returns how many of at most `most` do not end in a touch.
 
-    Args:
-        motion: (8,), changed in place.
-        law_fields, aim_fields: a DriveLaw and an Aim as plain tuples, which cost a tenth to hand over.
-        outline: result of `outline_of`.
-        most: number of steps.
+    The motion (8,) is changed in place. Law and aim are a DriveLaw and an Aim as plain tuples, which cost a tenth to
+    hand over; the outline is a result of `outline_of`.
     """
     law, aim = DriveLaw(*law_fields), Aim(*aim_fields)
     step = 1.0 / law.rate

@@ -209,11 +209,8 @@ class MujocoDisc:
 def _model(
     pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, step: float, movers: np.ndarray
 ) -> mujoco.MjModel:
-    """Model of the plane: a sphere that slides in it and turns about its normal, the outline of what is solid, movers.
-
-    The geoms of the pieces, then of the movers with the radii (k,) [m], and the pairs of each of them with the ring are
-    numbered in this order. The ring's joints are the last.
-    """
+    """Model of the plane: a sphere that slides and turns in it, what is solid, and movers of radii (k,) [m]."""
+    # geoms of pieces, then of movers, and their pairs with the ring are numbered in this order; its joints are the last
     mass, moment = true_inertia(robot, simulation)
     spec = mujoco.MjSpec()
     option = spec.option

@@ -55,7 +55,7 @@ class _Walk:
 class Walks:
     """All movers of a world, step by step.
 
-    Of each of the (k, 5) `discs`, two of a person, x, y [m], vx, vy [m/s], radius [m]; in a step its place before, its
+    `discs` (k, 5) are x, y [m], vx, vy [m/s], radius [m] of each disc, two of a person; in a step its place before, its
     velocity during it.
     """
 
@@ -117,11 +117,7 @@ def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def within_walls(world: World, number: int) -> Mover:
-    """A mover of a world, its way cut off where it comes to an obstacle or wall.
-
-    Raises:
-        WorldError: it has no room at its first way point.
-    """
+    """A mover, its way cut off at an obstacle or wall; WorldError: it has no room at its first way point."""
     mover = world.movers[number]
     free, way = free_space(world, mover.reach), [mover.way[0]]
     if not free.covers(shapely.Point(way[0])):
