@@ -34,17 +34,13 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
     the step, and `contact_speed`, the hardest one into its wall [m/s]. `PlannerPolicy` takes `states`, a tuple (stamp,
     x, y, vx, vy, yaw) for each pose, and `changes`, (stamp, change of vx, of vy) for each impact that the poses show.
 
-    Args:
-        world: NAME, FILE, FAMILY:SEED or a World; a FAMILY alone draws a new world of it at each reset.
-        settings: all parameters; the shipped ones by default.
-        render_mode: gymnasium's keyword; None, as nothing is drawn.
-
-    After `reset` it cannot be copied or pickled: make another one.
+    The world is a NAME, FILE, FAMILY:SEED or a World; a FAMILY alone draws a new world of it at each reset. Without
+    settings it has the shipped ones. After `reset` it cannot be copied or pickled: make another one.
 
     Raises:
         TypeError: world or settings are of another type.
         WorldError: no such world, or one without start or goal.
-        ValueError: a `render_mode`.
+        ValueError: a `render_mode`: nothing is drawn.
         ParameterError: a sensor that is not simulated here.
     """
 
@@ -97,11 +93,7 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._seen(measured)
 
     def __getstate__(self) -> dict[str, Any]:
-        """State to be pickled or copied, before the first `reset` alone.
-
-        Raises:
-            TypeError: after it: the robot holds generators of noise and a physics engine.
-        """
+        """State to be pickled or copied; TypeError after `reset`: the robot holds generators and an engine."""
         if self._robot is not None:
             raise TypeError("collplan/Bounce-v0: cannot be copied or pickled after reset, expected a new environment")
         return self.__dict__
@@ -109,8 +101,7 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Runs a control period under a velocity (2,) [m/s, body frame].
 
-        Raises:
-            ValueError: not finite, or `reset` was not called.
+        ValueError: not finite, or `reset` was not called.
         """
         velocity = finite("action", action, (2,), "expected 2 finite numbers [m/s]")
         if self._robot is None:

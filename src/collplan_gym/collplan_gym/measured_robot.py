@@ -18,34 +18,20 @@ from omnipuck_sim.robot.physics import Simulator
 
 
 class Measured(NamedTuple):
-    """Measurements of a control period.
+    """Measurements of a control period."""
 
-    Attributes:
-        states: states from the poses of motion capture, in order.
-        newest: the last of them; without any, the previous one.
-        changes: impacts detected in these poses: stamp [s] and change of the velocity (2,) [m/s].
-        scan: scan from the newest pose.
-        contacts: the true impacts.
-    """
-
-    states: tuple[State, ...]
-    newest: State
-    changes: tuple[tuple[float, np.ndarray], ...]
-    scan: Scan
-    contacts: tuple[Impact, ...]
+    states: tuple[State, ...]  # from the poses of motion capture, in order
+    newest: State  # the last of them; without any, the previous one
+    changes: tuple[tuple[float, np.ndarray], ...]  # impacts in these poses: stamp [s] and change of velocity (2,) [m/s]
+    scan: Scan  # from the newest pose
+    contacts: tuple[Impact, ...]  # the true impacts
 
 
 class MeasuredRobot:
-    """A robot in a world, commanded once a control period.
+    """A robot in a world that has a start, commanded once a control period; poses and scans come at once.
 
-    Args:
-        world: has a start.
-        settings: robot, simulator, lidar, mocap and controller are used. Poses and scans come at once.
-        seed: seed of all noise.
-
-    Raises:
-        ParameterError: a sensor that needs time, which is not simulated here, or rates at which a control period would
-            last another time than 1 / controller.rate.
+    ParameterError: a sensor that needs time, which is not simulated here, or rates at which a control period would last
+    another time than 1 / controller.rate.
     """
 
     def __init__(self, world: World, settings: Settings, seed: int) -> None:
@@ -68,11 +54,9 @@ class MeasuredRobot:
         return self._advance()
 
     def drive(self, velocity: np.ndarray, yaw: float) -> Measured:
-        """Runs a control period under a velocity (2,) [m/s, body frame], cut to v_max; the heading is held at 0.
+        """Runs a control period under a finite velocity (2,) [m/s, body frame], cut to v_max; the heading is held at 0.
 
-        Args:
-            velocity: finite.
-            yaw: the heading measured last [rad].
+        `yaw` is the heading measured last [rad].
         """
         turn = hold_heading(yaw, 0.0)
         self._simulator.command(cut_to_bounds(velocity, velocity_bounds(self._settings.robot)), turn)
@@ -95,11 +79,7 @@ class MeasuredRobot:
 
 
 def _periods(settings: Settings, fast: str, slow: str) -> int:
-    """How many periods of one rate a period of another one lasts.
-
-    Raises:
-        ParameterError: not a whole number of them.
-    """
+    """How many periods of one rate a period of another one lasts; ParameterError where it is no whole number."""
     rate, other = settings.values()[fast], settings.values()[slow]
     periods = round(rate / other)
     if periods < 1 or abs(rate / other - periods) > 1e-6:

@@ -23,12 +23,8 @@ SOON = 1e-6
 class PlannerPolicy:
     """Observation and `info` in, action out; begins anew where the stamp goes back, as after `reset`.
 
-    Args:
-        strategy: a value of `planner.strategy`, such as bounce, avoid, harness.
-        settings: settings of the environment; the shipped ones by default.
-
-    Attributes:
-        plan: the newest plan; None before the first.
+    The strategy is a value of `planner.strategy`, such as bounce, avoid, harness; the settings are those of the
+    environment, the shipped ones by default.
 
     Raises:
         ParameterError: unknown strategy.
@@ -40,7 +36,7 @@ class PlannerPolicy:
         check_type("settings", given, Settings, ", as in Settings()")
         self._settings = given.with_values({"planner.strategy": strategy})
         self._stamp, self._due = math.inf, -math.inf
-        self.plan: Plan | None = None
+        self.plan: Plan | None = None  # the newest; None before the first
 
     def __call__(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> np.ndarray:
         """The velocity (2,) to command [m/s, body frame]."""

@@ -36,26 +36,15 @@ class Decoder:
     """Decodes the messages in a stream of bytes; keeps at most one frame, and drops and counts invalid data.
 
     A frame whose number is that of the frame before, or an earlier one, is a repetition and dropped. Hello and Announce
-    begin the numbering anew.
-
-    Args:
-        version: version of the protocol.
-        kinds: the messages that this end accepts; any other type is unknown.
-
-    Attributes:
-        dropped: counts of dropped frames by reason.
-        accepted: number of messages returned.
-        lost: count of sequence numbers that never arrived.
-        taken: number of bytes fed so far.
-        other_version: newest version seen that is not this one, None before.
+    begin the numbering anew. A message that is not among `kinds` is of unknown type.
     """
 
     def __init__(self, version: int = VERSION, kinds: Kinds = TO_DEVICE + FROM_DEVICE) -> None:
-        self.dropped: Counter[str] = Counter()
-        self.accepted = 0
-        self.lost = 0
-        self.taken = 0
-        self.other_version: int | None = None
+        self.dropped: Counter[str] = Counter()  # counts of frames by reason
+        self.accepted = 0  # messages returned
+        self.lost = 0  # sequence numbers that never arrived
+        self.taken = 0  # bytes fed
+        self.other_version: int | None = None  # newest version seen that is not this one
         self._version = version
         self._kinds = kinds
         self._buffer = bytearray()

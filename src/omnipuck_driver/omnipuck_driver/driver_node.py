@@ -55,12 +55,7 @@ LOGGED = {
 
 
 class DriverNode(GraphNode):
-    """Sends a frame each period, whatever happens: the command while it is fresh, else zero.
-
-    Attributes:
-        link: the serial link to the firmware.
-        contract: behaviour that it shares with every robot.
-    """
+    """Sends a frame each period, whatever happens: the command while it is fresh, else zero."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""

@@ -30,18 +30,11 @@ class FrameError(ValueError):
 
 @dataclass(frozen=True)
 class Frame:
-    """The content of a frame whose checksum is right.
+    """The content of a frame whose checksum is right."""
 
-    Attributes:
-        version: version of the sender's protocol.
-        kind: type of the message.
-        sequence: goes up by one from frame to frame, 0 after 65535.
-        payload: depends on the kind.
-    """
-
-    version: int
-    kind: int
-    sequence: int
+    version: int  # of the sender's protocol
+    kind: int  # type of the message, on which the payload depends
+    sequence: int  # goes up by one from frame to frame, 0 after 65535
     payload: bytes
 
 
@@ -56,11 +49,7 @@ def pack_frame(frame: Frame) -> bytes:
 
 
 def unpack_frame(encoded: bytes) -> Frame:
-    """The frame between two delimiters.
-
-    Raises:
-        FrameError: no COBS, too short, or a checksum that does not fit.
-    """
+    """The frame between two delimiters; FrameError: no COBS, too short, or a checksum that does not fit."""
     try:
         body = cobs.decode(encoded)
     except cobs.DecodeError as error:

@@ -17,8 +17,7 @@ SMALLEST_RATIO = 0.05
 class OmniWheels:
     """The wheels of one robot.
 
-    Raises:
-        ParameterError: too few or too many wheels, or all of them (nearly) parallel: some motion is then impossible.
+    ParameterError: too few or too many wheels, or all of them (nearly) parallel: some motion is then impossible.
     """
 
     def __init__(self, kinematics: Kinematics) -> None:
@@ -73,8 +72,7 @@ FEWEST = 2
 def check_command_rate(driver: Driver, limits: Limits, n_wheels: int) -> None:
     """Checks that commands of so many wheels come before the last one is too old, and that the line carries them all.
 
-    Raises:
-        ParameterError: driver.rate is too low for limits.command_age, or too high for driver.baud.
+    ParameterError: driver.rate is too low for limits.command_age, or too high for driver.baud.
     """
     least = FEWEST / limits.command_age
     if driver.rate < least:

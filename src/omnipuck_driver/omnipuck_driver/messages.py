@@ -12,7 +12,7 @@ NEVER = 0xFFFF
 """An age [ms] that does not exist, or is longer than its field can hold."""
 NO_TEMPERATURE = 0x7FFF
 
-# status bits of telemetry
+# status bits of telemetry: EXPIRED, the last command outlived its life; STALLED, it was held up since the last one
 ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED, STALLED, MOTOR_FAULT, TOO_HOT, ESTOP_LATCHED = (1 << n for n in range(8))
 # capability bits of an announcement
 SENSES_IMPACTS, GIVES_TEMPERATURE = 1, 2
@@ -29,15 +29,10 @@ _TELEMETRY = struct.Struct("<IIIHHhIHHHHHHffBBB")
 
 @dataclass(frozen=True)
 class WheelCaps:
-    """Hard limits of every wheel.
+    """Hard limits of every wheel, each exactly a 32-bit float."""
 
-    Attributes:
-        speed: [rad/s], exactly a 32-bit float.
-        acceleration: of a wheel that is commanded to turn faster [rad/s^2], exactly a 32-bit float.
-    """
-
-    speed: float
-    acceleration: float
+    speed: float  # [rad/s]
+    acceleration: float  # of a wheel that is commanded to turn faster [rad/s^2]
 
     def __post_init__(self) -> None:
         _check_finite(self.speed, self.acceleration)
@@ -51,16 +46,11 @@ class WheelCaps:
 
 @dataclass(frozen=True)
 class Hello:
-    """Driver to device: begin a session. The device ends the one before and stands still.
-
-    Attributes:
-        session: token of the session.
-        caps: hard limits of every wheel in the session, whatever is commanded.
-    """
+    """Driver to device: begin a session. The device ends the one before and stands still."""
 
     KIND: ClassVar[int] = 0x01
-    session: int
-    caps: WheelCaps
+    session: int  # token of the session
+    caps: WheelCaps  # whatever is commanded in the session
 
     def pack(self) -> bytes:
         """The payload."""
@@ -75,28 +65,17 @@ class Hello:
 
 @dataclass(frozen=True)
 class CommandMessage:
-    """Driver to device: turn the wheels. `Command` in docs/protocol.md.
-
-    Attributes:
-        session: token of the session.
-        sent: driver's clock [ms, modulo 2^32].
-        age: age of the command behind it when it was sent [ms].
-        life: remaining time for which it may be followed [ms].
-        flags: EMERGENCY_STOP: stand still, latch and disarm; HOLD: stand still and disarm.
-        cleared: count of clearances of the emergency stop by a person, modulo ACTS; a change in a session clears it.
-        released: count of releases of the robot by a person, modulo ACTS; a change in a session arms it.
-        wheels: speeds [rad/s].
-    """
+    """Driver to device: turn the wheels. `Command` in docs/protocol.md."""
 
     KIND: ClassVar[int] = 0x02
-    session: int
-    sent: int
-    age: int
-    life: int
-    flags: int
-    cleared: int
-    released: int
-    wheels: tuple[float, ...]
+    session: int  # token of the session
+    sent: int  # driver's clock [ms, modulo 2^32]
+    age: int  # age of the command behind it when it was sent [ms]
+    life: int  # remaining time for which it may be followed [ms]
+    flags: int  # EMERGENCY_STOP: stand still, latch and disarm; HOLD: stand still and disarm
+    cleared: int  # clearances of the emergency stop by a person, modulo ACTS; a change in a session clears it
+    released: int  # releases of the robot by a person, modulo ACTS; a change in a session arms it
+    wheels: tuple[float, ...]  # speeds [rad/s]
 
     def pack(self) -> bytes:
         """The payload."""
@@ -112,26 +91,16 @@ class CommandMessage:
 
 @dataclass(frozen=True)
 class Announce:
-    """Device to driver: its description; the answer to Hello, and sent unrequested with session 0 after a start.
-
-    Attributes:
-        session: token of the Hello it answers, else 0.
-        boot: another number after each start.
-        capabilities: SENSES_IMPACTS, GIVES_TEMPERATURE.
-        n_wheels: number of wheels.
-        longest_life: it shortens longer lives of commands to this [ms].
-        caps: hard limits of every wheel in this session: the smaller of the requested ones and its own.
-        firmware: name and version, up to 12 ASCII characters.
-    """
+    """Device to driver: its description; the answer to Hello, and sent unrequested with session 0 after a start."""
 
     KIND: ClassVar[int] = 0x81
-    session: int
-    boot: int
-    capabilities: int
+    session: int  # token of the Hello it answers, else 0
+    boot: int  # another number after each start
+    capabilities: int  # SENSES_IMPACTS, GIVES_TEMPERATURE
     n_wheels: int
-    longest_life: int
-    caps: WheelCaps
-    firmware: str
+    longest_life: int  # it shortens longer lives of commands to this [ms]
+    caps: WheelCaps  # in this session: the smaller of the requested ones and its own
+    firmware: str  # name and version, up to 12 ASCII characters
 
     def pack(self) -> bytes:
         """The payload."""
@@ -149,44 +118,26 @@ class Announce:
 
 @dataclass(frozen=True)
 class Telemetry:
-    """Device to driver: its state, at a steady rate.
-
-    Attributes:
-        session, boot: the present ones; session 0 before the first Hello.
-        time: device's clock [ms, modulo 2^32].
-        status: ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED (the last command outlived its life), STALLED (it was itself
-            held up since the last telemetry), MOTOR_FAULT, TOO_HOT, ESTOP_LATCHED.
-        battery: voltage [mV].
-        temperature: temperature [0.1 deg C], NO_TEMPERATURE where it measures none.
-        echo: `sent` of the newest command of the session that came in time, 0 before the first.
-        echo_delay: time since it came [ms].
-        command_age: age of the command behind the wheels' motion [ms], NEVER while they stand still.
-        accepted, dropped: frames that came, modulo 2^16.
-        impacts: impacts sensed so far, modulo 2^16.
-        impact_age: time since the newest impact [ms], NEVER where there is none.
-        impact: its change of velocity in the body frame of then, x forward, y left [m/s].
-        cleared, released: counts of the newest command taken in this session, 0 before one.
-        wheels: measured speeds [rad/s].
-    """
+    """Device to driver: its state, at a steady rate."""
 
     KIND: ClassVar[int] = 0x82
-    session: int
-    boot: int
-    time: int
-    status: int
-    battery: int
-    temperature: int
-    echo: int
-    echo_delay: int
-    command_age: int
-    accepted: int
-    dropped: int
-    impacts: int
-    impact_age: int
-    impact: tuple[float, float]
-    cleared: int
-    released: int
-    wheels: tuple[float, ...]
+    session: int  # the present one, 0 before the first Hello
+    boot: int  # another number after each start
+    time: int  # device's clock [ms, modulo 2^32]
+    status: int  # ARMED, ..., as above
+    battery: int  # voltage [mV]
+    temperature: int  # [0.1 deg C], NO_TEMPERATURE where it measures none
+    echo: int  # `sent` of the newest command of the session that came in time, 0 before the first
+    echo_delay: int  # time since it came [ms]
+    command_age: int  # of the command behind the wheels' motion [ms], NEVER while they stand still
+    accepted: int  # frames that came, modulo 2^16
+    dropped: int  # likewise
+    impacts: int  # sensed so far, modulo 2^16
+    impact_age: int  # time since the newest impact [ms], NEVER where there is none
+    impact: tuple[float, float]  # its change of velocity in the body frame of then, x forward, y left [m/s]
+    cleared: int  # count of the newest command taken in this session, 0 before one
+    released: int  # likewise
+    wheels: tuple[float, ...]  # measured speeds [rad/s]
 
     def pack(self) -> bytes:
         """The payload."""
@@ -211,14 +162,9 @@ FROM_DEVICE: Kinds = (Announce, Telemetry)
 
 
 def unpack_message(kind: int, payload: bytes, kinds: Kinds = TO_DEVICE + FROM_DEVICE) -> Message:
-    """The message of a frame.
+    """The message of a frame, whose type is `kind`; `kinds` are the messages that may come.
 
-    Args:
-        kind: type that the frame names; payload: what it holds.
-        kinds: the messages that may come.
-
-    Raises:
-        FrameError: a type that is not among them, a length that does not fit, or numbers that are not finite.
+    FrameError: a type that is not among them, a length that does not fit, or numbers that are not finite.
     """
     message = next((each for each in kinds if kind == each.KIND), None)
     if message is None:

@@ -16,18 +16,12 @@ COUNTS = 1 << 16
 
 
 class SensedImpacts:
-    """Publishes impacts of the telemetry, turned from the body frame into the map frame by the poses of `mocap/odom`.
-
-    Attributes:
-        published: impacts published.
-        missed: impacts for which a pose, or their telemetry, was missing, that are older than the poses kept, or that
-            changed no velocity.
-    """
+    """Publishes impacts of the telemetry, turned from the body into the map frame by the poses of `mocap/odom`."""
 
     def __init__(self, node: Node, inputs: Inputs, settings: Settings, clock: Clock) -> None:
         """Publishes through `node`, subscribes through `inputs`."""
         self.published = 0
-        self.missed = 0
+        self.missed = 0  # without pose or telemetry, older than the poses kept, or without a change of velocity
         self._counted: tuple[int, int] | None = None
         self._felt = FeltImpacts(node, settings, clock)
         inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)

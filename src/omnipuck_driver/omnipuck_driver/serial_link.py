@@ -20,8 +20,7 @@ class PortError(OSError):
 def open_port(path: str, baud: int) -> serial.Serial:
     """Opens the device for this process alone; reading and writing never block.
 
-    Raises:
-        PortError: missing, not permitted, in use, no serial device, or a rate it cannot do.
+    PortError: missing, not permitted, in use, no serial device, or a rate it cannot do.
     """
     try:
         return serial.Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
@@ -64,20 +63,14 @@ LONGEST_QUEUE = 0.02
 
 
 class SerialLink:
-    """A serial device that never blocks; `receive` and `send` are to be called at the driver's rate.
-
-    Attributes:
-        session: the conversation with the firmware.
-        waits_for: reason why the device is not open; empty while it is.
-        sent, unsent: number of frames written, and of those dropped because the device was full.
-    """
+    """A serial device that never blocks; `receive` and `send` are to be called at the driver's rate."""
 
     def __init__(self, driver: Driver, n_wheels: int, caps: WheelCaps) -> None:
         """Opens nothing yet; no wheel is to exceed `caps`."""
-        self.session = Session(n_wheels, LINK_TIMEOUT, caps)
-        self.waits_for = f"{driver.port}: not opened yet"
-        self.sent = 0
-        self.unsent = 0
+        self.session = Session(n_wheels, LINK_TIMEOUT, caps)  # the conversation with the firmware
+        self.waits_for = f"{driver.port}: not opened yet"  # why the device is not open; empty while it is
+        self.sent = 0  # frames written
+        self.unsent = 0  # frames dropped because the device was full
         self._driver = driver
         self._port: serial.Serial | None = None
         self._wait = FIRST_WAIT

@@ -31,17 +31,11 @@ MILLISECONDS = 1 << 32
 
 @dataclass(frozen=True)
 class WheelCommand:
-    """The wheel speeds to be sent.
+    """The wheel speeds to be sent."""
 
-    Attributes:
-        wheels: speeds [rad/s].
-        age: age of the velocity command behind them [s].
-        life: remaining time for which they may be followed [s].
-    """
-
-    wheels: tuple[float, ...]
-    age: float
-    life: float
+    wheels: tuple[float, ...]  # speeds [rad/s]
+    age: float  # of the velocity command behind them [s]
+    life: float  # remaining time for which they may be followed [s]
 
     def standing_still(self) -> "WheelCommand":
         """Copy of the command with all wheel speeds 0."""
@@ -50,19 +44,12 @@ class WheelCommand:
 
 @dataclass(frozen=True)
 class Permission:
-    """Permission that a person gives the robot; it goes with every command.
+    """Permission that a person gives the robot; it goes with every command."""
 
-    Attributes:
-        stopped: the emergency stop is latched.
-        held: the robot waits until a person lets it move.
-        cleared: number of times that the emergency stop was cleared.
-        released: number of times that a person has let the robot move.
-    """
-
-    stopped: bool
-    held: bool
-    cleared: int
-    released: int
+    stopped: bool  # the emergency stop is latched
+    held: bool  # the robot waits until a person lets it move
+    cleared: int  # number of times that the emergency stop was cleared
+    released: int  # number of times that a person has let the robot move
 
     @property
     def flags(self) -> int:
@@ -80,32 +67,20 @@ def _new_token() -> int:
 
 
 class Session:
-    """One conversation with the firmware at a time.
+    """One conversation with the firmware at a time, with a robot of `n_wheels`.
 
     It begins with a Hello and a token that the firmware repeats in each message; a message with another token belongs
-    to an earlier conversation. Only zero is sent until the firmware reports that it is armed.
-
-    Args:
-        n_wheels: number of wheels that the robot should have.
-        timeout: silence after which a new session begins [s].
-        caps: hard limits of every wheel.
-        new_token: draws tokens, never 0.
-
-    Attributes:
-        announced: the firmware's answer, None before.
-        telemetry: its newest in this session, None before.
-        latency: time from sending a command to the telemetry that echoes it, without the firmware's own time [s].
-        begun: number of sessions so far.
-        ended_by: reason why the previous session has ended.
+    to an earlier conversation. Only zero is sent until the firmware reports that it is armed. After a silence of
+    `timeout` [s] a new session begins; `new_token` draws tokens, never 0.
     """
 
     def __init__(
         self, n_wheels: int, timeout: float, caps: WheelCaps, new_token: Callable[[], int] = _new_token
     ) -> None:
-        self.announced: Announce | None = None
-        self.telemetry: Telemetry | None = None
-        self.latency: float | None = None
-        self.begun = 0
+        self.announced: Announce | None = None  # the firmware's answer
+        self.telemetry: Telemetry | None = None  # its newest in this session
+        self.latency: float | None = None  # from sending a command to its echo, without the firmware's own time [s]
+        self.begun = 0  # sessions so far
         self.decoder = Decoder(kinds=FROM_DEVICE)
         self._encoder = Encoder()
         self._n_wheels = n_wheels

@@ -37,11 +37,7 @@ from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
 @dataclass(frozen=True)
 class TrialJournals:
-    """Journals of the inputs and decisions of a trial's loops.
-
-    Attributes:
-        planner, controller: their journals.
-    """
+    """Journals of the inputs and decisions of a trial's loops."""
 
     planner: Journal
     controller: Journal
@@ -51,8 +47,7 @@ class TrialJournals:
 def trial_journals(path: str | Path | None, world: World, settings: Settings, seed: int) -> Iterator[TrialJournals]:
     """Journals that are written to a file, which is replaced; without a path they keep nothing.
 
-    Raises:
-        OSError: the file cannot be written.
+    OSError: the file cannot be written.
     """
     if path is None:
         yield TrialJournals(Journal(PLANNER), Journal(CONTROLLER))

@@ -66,9 +66,9 @@ OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.ite
 def outcome_of(goal: GoalReport | None, pose: PoseRow, maneuver: str, monitor: RunMonitor) -> str | None:
     """Outcome of a run at its newest pose and maneuver, None while it goes on.
 
-    The planner's report of the goal's end has priority over the monitor, however old the pose. A report is used
-    only once the poses sent before it were taken: time counts from the first of those after the first plan, and the
-    time of arrival is read from them.
+    The planner's report of the goal's end has priority over the monitor, however old the pose. It is used only once the
+    poses sent before it were taken: time counts from the first of those after the first plan, and the time of arrival
+    is read from them.
     """
     monitor.commanded(maneuver)
     final = goal is not None and goal.status in OUTCOMES

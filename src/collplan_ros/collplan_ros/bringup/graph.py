@@ -212,11 +212,7 @@ class Graph:
                 raise StartError(others)
 
     def _stop_nodes(self) -> None:
-        """The commander first: its last command is zero, and the robot must still run to receive it.
-
-        The planner is next, while the sources of its scans and poses still run: messages on their way to the recording
-        are lost with their sender.
-        """
+        """The commander first: the robot must receive its last zero; then the planner, while its sources still run."""
         try:
             self._stop([COMMANDER])
             self.listener.record_to_the_end()

@@ -134,7 +134,7 @@ class SteppedNodes:
         return self._time if self.time_runs else time.monotonic()
 
     def step(self) -> None:
-        """Lets simulated time pass until a pose is there, and runs the nodes until none has anything left to do.
+        """Lets time pass until a pose is there, and runs the nodes until none has work left.
 
         NodeDied: one has raised, or does not return.
         """

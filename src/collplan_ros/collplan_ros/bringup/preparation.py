@@ -194,10 +194,7 @@ def _settings(options: Options, given: Mapping[str, object], chosen: Mapping[str
 
 
 def _slow(settings: Settings, options: Options, given: Mapping[str, object]) -> tuple[Settings, str]:
-    """Limits a robot that is not simulated to FIRST_SPEED, unless the command line sets a speed.
-
-    A parameter file does not count: those that bringup writes hold every parameter, also of simulated runs.
-    """
+    """Limits a real robot to FIRST_SPEED unless the command line sets one: parameter files hold simulated runs' too."""
     if options.kind.simulated:
         return settings, ""
     said = settings.robot.max_speed

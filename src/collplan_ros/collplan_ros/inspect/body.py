@@ -70,10 +70,8 @@ def asked_at(commands: np.ndarray, times: np.ndarray) -> np.ndarray:
 def lever_of(way: np.ndarray, commands: np.ndarray, lag: float) -> TurnFit | None:
     """The body's origin seen from the point about which the robot turns in place; None where it does not both ways.
 
-    Args:
-        way: (n, 4) stamp [s], x, y [m] and yaw, not wrapped [rad], of the body.
-        commands: (m, 4) as of `asked_at`; of none, turns about one point either way are turns in place.
-        lag: of the robot behind its commands [s].
+    The way is (n, 4) stamp [s], x, y [m] and yaw, not wrapped [rad], of the body. Commands are (m, 4) as of `asked_at`;
+    without any, turns about one point either way are turns in place. `lag` is the robot's behind its commands [s].
     """
     turns = _turns(way, commands)
     points = np.array([fit_turns([turn], lag).lever for turn in turns]).reshape(-1, 2)

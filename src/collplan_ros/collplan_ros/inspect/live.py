@@ -28,9 +28,8 @@ LISTENED = {SCAN, *COMMANDS, *(each.message for each in FORMATS.values())}
 def record_live(path: Path, duration: float, said: Callable[[float], None]) -> None:
     """Records into a new file at `path` for a time [s] or until Ctrl-C; `said` takes the share of it that is over.
 
-    Raises:
-        RecordingError: ROS does not start, or there is no topic to record; then there is no file.
-        RecordError: the file cannot be written.
+    RecordingError: ROS does not start, or there is no topic to record; then there is no file. RecordError: the file
+    cannot be written.
     """
     context, stop, known = Context(), StopSignal(), dict[str, RecordedTopic]()
     with stop.listening(), ExitStack() as stack:

@@ -35,8 +35,7 @@ def write_inspect_page(
 ) -> None:
     """Writes the page of a recording, from what came out of the stages with these settings, and the findings in words.
 
-    Raises:
-        RecordError: the file cannot be written.
+    RecordError: the file cannot be written.
     """
     wrong = "; ".join(f"{verdict}: {text}" for verdict, text in lines if verdict == WRONG)
     notes = [f"{verdict}: {text}" for verdict, text in lines if verdict != WRONG]

@@ -25,9 +25,8 @@ CODES, MISSED, NEVER = 100, 0.1, 0.01
 def own_posts(scans: Sequence[Scan], way: np.ndarray) -> tuple[float, ...] | None:
     """Angles from, to, from, to, ... of the beams that end at one short range all through turns; None without turns.
 
-    Args:
-        scans: as their messages count angles and beams, all of one length.
-        way: (n, 4) stamp [s], x, y [m] and yaw, not wrapped [rad].
+    The scans are as their messages count angles and beams, all of one length; the way is (n, 4) stamp [s], x, y [m] and
+    yaw, not wrapped [rad].
     """
     yaws, chosen = np.interp([scan.stamp for scan in scans], way[:, 0], way[:, 3]), [0]
     for k, yaw in enumerate(yaws.tolist()):
@@ -54,12 +53,8 @@ def own_posts(scans: Sequence[Scan], way: np.ndarray) -> tuple[float, ...] | Non
 def meaning_of(code: float, raw: np.ndarray, driven: Driven, mount: Mount, reach: tuple[float, float]) -> str:
     """What a code among the ranges stands for: `lost`, `near` or `free`; "" where the drive does not show it.
 
-    Args:
-        code: inf, or -inf for a range of 0.
-        raw: (m, k) the ranges as the messages give them, of `driven`.
-        driven: the drive.
-        mount: the mount found.
-        reach: shortest and longest range of the LIDAR [m].
+    The code is inf, or -inf for a range of 0; `raw` (m, k) are the ranges as the messages of `driven` give them,
+    `reach` the shortest and longest range of the LIDAR [m].
     """
     coded = np.flatnonzero((raw == code).sum(axis=1) > 0)
     coded = coded[(driven.stamps[coded] > driven.times[0]) & (driven.stamps[coded] < driven.times[-1])]

@@ -57,13 +57,10 @@ class Recording:
 
 
 def read_recording(path: Path, told: Topics, given: Mocap, said: Callable[[float], None]) -> Recording:
-    """Reads a recording.
+    """Reads a recording, a file or folder; `said` takes the share of the messages that is read.
 
-    Args:
-        path: file or folder.
-        told: topics that the user names; those of poses must be of a type of `mocap_formats`.
-        given: the parameters, whose topic is taken where the recording has it.
-        said: takes the share of the messages that is read.
+    The user names the topics `told`; those of poses must be of a type of `mocap_formats`. The topic of `given` is taken
+    where the recording has it.
 
     Raises:
         RecordingError: it cannot be read, lacks a topic that is told, or has neither poses nor scans.

@@ -90,14 +90,9 @@ def plan_markers(
     goal: np.ndarray,
     settings: Settings,
 ) -> MarkerArray:
-    """All markers of one cycle, in the map frame at the plan's stamp.
+    """All markers of one cycle, in the map frame at the plan's stamp; the goal (2,) is what the plan leads to [m].
 
-    Args:
-        local_map: local map that the plan was made in.
-        plan: the plan chosen.
-        remembered: boundaries that the planner remembers; None where it remembers none.
-        goal: (2,) what the plan leads to [m].
-        settings: their frames, robot, goal tolerance and remembered boundaries are used.
+    `remembered` is None where the planner remembers no boundaries.
     """
     head = header(plan.stamp, settings.frames.map)
     markers = [

@@ -41,26 +41,18 @@ KINDS = {7: "<f4", 8: "<f8", 2: "|u1"}
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Candidates that a plan was chosen from: single ones, or whole rollouts.
+    """Candidates that a plan was chosen from: single ones, or whole rollouts."""
 
-    Attributes:
-        rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
-        terms: (m,) each cost term by its name, TOTAL among them.
-        paths: paths (n, 2) of rollouts, n > 1 [m].
-        costs: cost of each rollout.
-    """
-
-    rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
-    terms: Mapping[str, np.ndarray] = field(default_factory=dict)
-    paths: Sequence[np.ndarray] = ()
-    costs: Sequence[float] = ()
+    rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))  # (m, 4) x, y, vx, vy of each [m], [m/s]
+    terms: Mapping[str, np.ndarray] = field(default_factory=dict)  # (m,) each cost term by its name, TOTAL among them
+    paths: Sequence[np.ndarray] = ()  # (n, 2) of rollouts, n > 1 [m]
+    costs: Sequence[float] = ()  # of each rollout
 
 
 def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:
     """Points (n, 2) [m] of each layer of LAYERS in a message.
 
-    Raises:
-        MessageError: another frame, other fields, or fewer bytes than it says.
+    MessageError: another frame, other fields, or fewer bytes than it says.
     """
     table = _table(message, frame)
     _check_fields(table, ("x", "y", "layer"))
@@ -69,11 +61,7 @@ def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:
 
 
 def compared_from_message(message: Any, frame: str) -> Compared:
-    """Returns the candidates compared, as given in a message.
-
-    Raises:
-        MessageError: another frame, other fields, or fewer bytes than it says.
-    """
+    """The candidates compared; MessageError: another frame, other fields, or fewer bytes than it says."""
     table = _table(message, frame)
     _check_fields(table, (*PLACES, TOTAL))
     rows = np.column_stack([table[name] for name in PLACES[:4]]).astype(float)
@@ -90,9 +78,8 @@ def compared_from_message(message: Any, frame: str) -> Compared:
 def plan_from_message(message: Any, frame: str) -> Plan:
     """The plan in a message of planner/trajectory; how it was chosen is not in it.
 
-    Raises:
-        MessageError: another frame, other fields, fewer bytes than it says, fewer than 2 points of the path, not
-            finite, or times of the path that do not rise.
+    MessageError: another frame, other fields, fewer bytes than it says, fewer than 2 points of the path, not finite, or
+    times of the path that do not rise.
     """
     table = _table(message, frame)
     _check_fields(table, PLAN)
@@ -123,8 +110,7 @@ def _pairs(table: np.ndarray, x: str, y: str) -> np.ndarray:
 def impact_from_cloud(message: Any, frame: str) -> Impact:
     """The impact in a message, in `frame`.
 
-    Raises:
-        MessageError: another frame, other fields, other than one point, not finite, or of an unknown source.
+    MessageError: another frame, other fields, other than one point, not finite, or of an unknown source.
     """
     table = _table(message, frame)
     _check_fields(table, (*IMPACT, SOURCE))

@@ -28,26 +28,18 @@ ABSENT = "absent"
 
 @dataclass(frozen=True)
 class Format:
-    """A message format.
+    """A message format."""
 
-    Attributes:
-        packages: packages that define the message, the newest name first.
-        message: name of the message.
-        read: function that returns the pose of a subject in a message, None where the message is about another body.
-        several: whether a message holds several bodies.
-    """
-
-    packages: tuple[str, ...]
+    packages: tuple[str, ...]  # that define the message, the newest name first
     message: str
-    read: Callable[[Any, str], MeasuredPose | None]
-    several: bool = False
+    read: Callable[[Any, str], MeasuredPose | None]  # pose of a subject in a message; None where of another body
+    several: bool = False  # whether a message holds several bodies
 
 
 def message_type(mocap: Mocap) -> type:
     """The message class of `mocap.format`.
 
-    Raises:
-        ParameterError: none of its packages is installed, or `mocap.subject` is empty and the format needs one.
+    ParameterError: none of its packages is installed, or `mocap.subject` is empty and the format needs one.
     """
     chosen = FORMATS[mocap.format]
     if chosen.several and not mocap.subject:

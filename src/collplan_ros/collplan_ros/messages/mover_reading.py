@@ -15,8 +15,7 @@ AHEAD = 0.5
 def movers_from_markers(message: Any, frame: str) -> tuple[float, np.ndarray]:
     """Stamp [s] and movers (k, 5) x, y [m], vx, vy [m/s], radius [m] of a MarkerArray.
 
-    Raises:
-        MessageError: no marker, another frame, or a number that is not finite.
+    MessageError: no marker, another frame, or a number that is not finite.
     """
     if not message.markers:
         raise MessageError("markers: got none, expected one that deletes the last ones, and one for each mover")

@@ -32,8 +32,7 @@ _COVARIANCE = 36 * 8
 def plan_from_path(raw: bytes, frame: str) -> Plan:
     """The plan in a serialized nav_msgs/Path: times and positions alone.
 
-    Raises:
-        MessageError: another frame, fewer than 2 poses, not finite, times that do not rise, or bytes that are no path.
+    MessageError: another frame, fewer than 2 poses, not finite, times that do not rise, or bytes that are no path.
     """
     try:
         stamp, at = read_header(raw, frame)
@@ -58,8 +57,7 @@ def plan_from_path(raw: bytes, frame: str) -> Plan:
 def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
     """The state in a serialized nav_msgs/Odometry, in the map frame.
 
-    Raises:
-        MessageError: other frames, not finite, not a unit quaternion, or bytes that are no odometry.
+    MessageError: other frames, not finite, not a unit quaternion, or bytes that are no odometry.
     """
     try:
         stamp, at = read_header(raw, map_frame)

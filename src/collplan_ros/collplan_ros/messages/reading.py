@@ -57,15 +57,10 @@ def check_finite(field: str, *values: float) -> None:
 
 
 def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> Scan:
-    """Returns the scan in a LaserScan, in the sensor's frame, without the sensor's place on the robot.
+    """The scan in a LaserScan, in the sensor's frame, without the sensor's place on the robot.
 
-    Args:
-        message: the LaserScan.
-        frame: the robot's frame, which the message must name unless `taken.frame` is set.
-        taken: parameters of reading it.
-
-    Raises:
-        ScanError: another frame, angles that do not fit the number of ranges, or values that `Scan` refuses.
+    ScanError: a frame other than the robot's `frame` unless `taken.frame` is set, angles that do not fit the number of
+    ranges, or values that `Scan` refuses.
     """
     expected = taken.frame or frame
     if message.header.frame_id != expected:
@@ -131,11 +126,7 @@ def _time_increment(message: Any, step: float) -> float:
 
 
 def yaw_of(x: float, y: float, z: float, w: float) -> float:
-    """The yaw of a quaternion, in [-pi, pi] [rad].
-
-    Raises:
-        MessageError: not finite, or not a unit quaternion.
-    """
+    """The yaw of a quaternion, in [-pi, pi] [rad]; MessageError: not finite, or not a unit quaternion."""
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
         raise MessageError(f"orientation: got ({x:g}, {y:g}, {z:g}, {w:g}), expected a quaternion of length 1")
@@ -143,11 +134,7 @@ def yaw_of(x: float, y: float, z: float, w: float) -> float:
 
 
 def goal_from_message(message: Any, frame: str) -> np.ndarray:
-    """The goal (2,) [m, `frame`] in a message.
-
-    Raises:
-        MessageError: another frame, or not finite.
-    """
+    """The goal (2,) [m, `frame`] in a message; MessageError: another frame, or not finite."""
     check_frame("header.frame_id", message.header.frame_id, frame)
     x, y = float(message.pose.position.x), float(message.pose.position.y)
     check_finite("pose.position", x, y)
@@ -157,8 +144,7 @@ def goal_from_message(message: Any, frame: str) -> np.ndarray:
 def impact_from_message(message: Any, frame: str) -> tuple[float, np.ndarray]:
     """The stamp [s] and the change of velocity (2,) [m/s, `frame`] of an impact in a message.
 
-    Raises:
-        MessageError: another frame, or not finite.
+    MessageError: another frame, or not finite.
     """
     check_frame("header.frame_id", message.header.frame_id, frame)
     x, y = float(message.vector.x), float(message.vector.y)
@@ -167,11 +153,7 @@ def impact_from_message(message: Any, frame: str) -> tuple[float, np.ndarray]:
 
 
 def velocity_from_twist(twist: Any) -> tuple[np.ndarray, float]:
-    """The velocity (2,) [m/s, robot frame] and the yaw rate [rad/s] that a twist commands.
-
-    Raises:
-        MessageError: not finite.
-    """
+    """The velocity (2,) [m/s, robot frame] and yaw rate [rad/s] that a twist commands; MessageError: not finite."""
     x, y, yaw_rate = float(twist.linear.x), float(twist.linear.y), float(twist.angular.z)
     check_finite("twist", x, y, yaw_rate)
     return np.array([x, y]), yaw_rate

@@ -49,12 +49,8 @@ def command_to_state(
 ) -> DiagnosticStatus:
     """Message of what the controller does; a warning where the robot stands still although it is to move.
 
-    Args:
-        command: the newest command.
-        reason: what it does, in words.
-        plan_stamp: stamp of the plan in force [s, poses' clock]; None without one.
-        is_to_move: whether the robot is to go to a goal, or where a hand drives it.
-        source: full name of the controller's node.
+    `reason` is what the command does, in words; `plan_stamp` that of the plan in force [s, poses' clock]. The robot
+    `is_to_move` to a goal, or where a hand drives it. `source` is the full name of the controller's node.
     """
     values = {
         "maneuver": command.maneuver,

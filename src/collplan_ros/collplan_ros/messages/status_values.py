@@ -36,11 +36,7 @@ def drive_from_message(status: Any) -> Drive:
 
 
 def drive_figures(status: Any) -> dict[str, float]:
-    """The figures of controller/drive [m/s^2], [s].
-
-    Raises:
-        MessageError: one that planner and controller use is missing, or one is no finite number.
-    """
+    """The figures of controller/drive [m/s^2], [s]; MessageError: one in use is missing, or one is no finite number."""
     values = values_of(status)
     try:
         figures = {name: float(value) for name, value in values.items()}

@@ -17,14 +17,11 @@ class Backlog:
     """Drops the queues of a node's subscriptions after a gap in its steady timer; no queue where it follows /clock.
 
     A node whose callbacks take long has another thread `tick`: then only a process that does not run at all has a gap.
-
-    Attributes:
-        guard: the gaps so far.
     """
 
     def __init__(self, node: Node) -> None:
         """Makes the timer in `node`."""
-        self.guard = StallGuard()
+        self.guard = StallGuard()  # the gaps so far
         self._log = node.get_logger()
         self._subscriptions: list[Subscription] = []
         self._due = False

@@ -15,14 +15,7 @@ from collplan_ros.node_kit.shared_constants import SharedConstants
 
 
 class GraphNode(Node):
-    """A node whose constructor ends with `_begin`.
-
-    Attributes, for subclasses:
-        _settings: present values of its parameter groups; all others are at their defaults.
-        _local_clock: the clock for its timers and ages.
-        _constants: constants that all nodes must share.
-        _diagnostics: its health reports; from `_begin` on.
-    """
+    """A node whose constructor ends with `_begin`."""
 
     def __init__(
         self,
@@ -35,10 +28,10 @@ class GraphNode(Node):
         """Declares the parameters of `groups`, as `declare` does; keyword arguments go to `rclpy.node.Node`."""
         super().__init__(name, **kwargs)
         declare(self, *groups, live=live, check=check)
-        self._settings = read_settings(self, *groups)
+        self._settings = read_settings(self, *groups)  # present values of its groups; all others are at their defaults
         on_change(self, self._change, *groups)
-        self._local_clock = local_clock(self)
-        self._constants = SharedConstants(self, self._settings, *groups)
+        self._local_clock = local_clock(self)  # for its timers and ages
+        self._constants = SharedConstants(self, self._settings, *groups)  # those that all nodes must share
 
     def _begin(self, inputs: Inputs | None = None) -> None:
         """Sends the first report: the node is ready. Conflicts of `inputs` are part of its health."""
@@ -47,7 +40,7 @@ class GraphNode(Node):
             own = self._constants.judged(self._health())
             return own if inputs is None else inputs.judged(own)
 
-        self._diagnostics = Diagnostics(self, health)
+        self._diagnostics = Diagnostics(self, health)  # its health reports; from `_begin` on
 
     def _change(self, settings: Settings) -> None:
         """Takes settings that were changed by `ros2 param set`."""

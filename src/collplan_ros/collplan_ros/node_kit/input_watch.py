@@ -21,23 +21,16 @@ QUIET_CHECKS = 2
 class InputWatch:
     """One input, checked at a steady rate: each check reports what has changed since the previous one.
 
-    Args:
-        name: name of the topic.
-        need: STREAM, STATE or EVENT.
-        publishers: returns for each of its publishers why its messages can never be received, "" where they can.
-
-    Attributes:
-        n_taken, n_refused: messages so far.
-        hint: what is suspicious about messages that were taken, "" for nothing.
-        dropped: why the newest message was neither taken nor refused, "" where it was.
-        conflict: which of its messages contradict each other or this node's settings, and what to do; "" for none.
+    `need` is STREAM, STATE or EVENT; `publishers` returns for each why its messages can never be received, or "".
     """
 
     def __init__(self, name: str, need: str, publishers: Callable[[], list[str]]) -> None:
         self.name = name
-        self.n_taken = self.n_refused = 0
+        self.n_taken = self.n_refused = 0  # messages so far
         self._need = need
         self.hint = self.dropped = self.conflict = ""
+        """What is suspicious of messages taken; why the newest was neither taken nor refused; which contradict each
+        other or the settings, and what to do; else empty."""
         self._publishers = publishers
         self._reason = ""
         self._checked = 0, 0
@@ -50,7 +43,7 @@ class InputWatch:
         self._reason = reason
 
     def check(self) -> dict[str, str]:
-        """Returns lines about changes since the last check, by the key that makes each a new message.
+        """Lines about changes since the last check, by the key that makes each a new message.
 
         The key of an input that arrives is COMES, with its name.
         """

@@ -52,22 +52,17 @@ class Inputs:
 
     A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. To do more, it
     catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
-
-    Attributes:
-        refusals: counts of what was refused, for the node's diagnostics.
-        sent: send time of the present message, by the wall clock of its sender [s].
-        number: number of the present message among those of its publisher; None where DDS gives none.
     """
 
     def __init__(self, node: Node, refusals: Refusals | None = None, backlog: Backlog | None = None) -> None:
         """Subscribes in `node`; counts in `refusals` where given, which others may share.
 
-        A `backlog` drops messages that queue up while the node is frozen. Latched messages are kept, as they hold until
-        the next one and arrive only once; so are those with `late_counts`.
+        A `backlog` drops messages that queue up while the node is frozen, but for latched ones, which hold until the
+        next one and arrive only once, and those with `late_counts`.
         """
-        self.refusals = Refusals() if refusals is None else refusals
-        self.sent = 0.0
-        self.number: int | None = None
+        self.refusals = Refusals() if refusals is None else refusals  # for the node's diagnostics
+        self.sent = 0.0  # send time of the present message, by the wall clock of its sender [s]
+        self.number: int | None = None  # of the present message among its publisher's; None where DDS gives none
         self._node = node
         self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}
@@ -87,18 +82,13 @@ class Inputs:
         late_counts: bool = False,
         raw: bool = False,
     ) -> None:
-        """Subscribes.
+        """Subscribes; `need` is STREAM, STATE or EVENT: whether the input is reported missing when it does not arrive.
 
         Args:
-            message_type: class of the messages.
-            topic: name of the topic, as given to rclpy.
             callback: takes a message, or its bytes where `raw`. A message counts as refused where it raises
                 MessageError or ScanError, and as not meant for this node where it returns False.
-            qos: profile of the subscription.
-            need: STREAM, STATE or EVENT: whether the input is reported missing when it does not arrive.
             kind: name under which refused messages are counted; the topic where empty.
             late_counts: whether a message counts also where it queued up while the node was frozen.
-            raw: messages are taken as bytes.
         """
         # the name after remapping, relative where it is in the node's namespace
         name = self._node.resolve_topic_name(topic).removeprefix(self._node.get_namespace().rstrip("/") + "/")

@@ -8,8 +8,7 @@ _NAMESPACE = re.compile(r"(/[A-Za-z_]\w*)+", re.ASCII)
 def namespace_from(text: str) -> str:
     """The namespace that a user names, `robot1` or `/robot1`, with its leading slash; "/" for an empty text.
 
-    Raises:
-        ValueError: ROS accepts none like it; the text names what was given and what was expected.
+    ValueError: ROS accepts none like it; the text names what was given and what was expected.
     """
     namespace = "/" + text.removeprefix("/")
     if namespace != "/" and not _NAMESPACE.fullmatch(namespace):

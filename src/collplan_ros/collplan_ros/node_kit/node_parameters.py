@@ -30,8 +30,7 @@ def declare(
             are read-only in this node: a value that is set and does nothing would mislead.
         check: raises ParameterError where values of these groups do not fit each other in this node.
 
-    Raises:
-        ParameterError: an override that does not fit its parameter, or whose key no group of the project has.
+    ParameterError: an override that does not fit its parameter, or whose key no group of the project has.
     """
     overrides = _overrides(node)
     taken = {spec.key for spec in specs_of(groups if live is None else tuple(live)) if spec.live}

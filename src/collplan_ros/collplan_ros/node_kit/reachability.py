@@ -49,7 +49,7 @@ def environment_set(values: Mapping[str, str]) -> Iterator[None]:
 
 
 def why_no_graph(environment: Mapping[str, str], local: bool) -> str:
-    """Returns why no node can reach another with these environment variables; "" where they can.
+    """Why no node can reach another with these environment variables; "" where they can.
 
     Nodes that are `local` reach each other through the loopback interface alone.
     """

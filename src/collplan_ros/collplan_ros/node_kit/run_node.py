@@ -36,20 +36,14 @@ _STARTUP_ERRORS = (ValueError, OSError, RuntimeError, ParameterException, NameVa
 
 
 def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Runs one node until SIGINT, SIGTERM, SIGHUP or the end of its context.
+    """Runs one node until SIGINT, SIGTERM, SIGHUP or the end of its context; returns the exit code.
 
-    At the end `node.stop()` is called, if the node has it, while messages can still be sent.
+    `make_node` makes it in rclpy's default context; `args` are the command line with the program's name, sys.argv when
+    None. At the end `node.stop()` is called, if the node has it, while messages can still be sent; then what a callback
+    raised is raised again.
 
-    Args:
-        make_node: makes the node in rclpy's default context.
-        args: command line with the program's name; sys.argv when None.
-
-    Returns:
-        The exit code: 0, 2 when the node could not be made, after one line on stderr that says why, or 128 and the
-        signal that came meanwhile.
-
-    Raises:
-        Whatever a callback of the node raises, after the node was stopped.
+    The code is 0, 2 when the node could not be made, after one line on stderr that says why, or 128 and the signal that
+    came meanwhile.
     """
     argv, stop_signal = list(sys.argv if args is None else args), StopSignal()
     with stop_signal.listening():

@@ -33,14 +33,9 @@ def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
 
 
 def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]]) -> str:
-    """Returns where constants of this and other nodes differ, over the keys that both have; "" where they agree.
+    """Where constants of this and other nodes, by name, differ, over the keys that both have; "" where they agree.
 
-    Args:
-        ours: values by key.
-        others: the same of other nodes, by name.
-
-    Returns:
-        For each key "robot.radius: 0.09 here, 0.15 in /driver_node", by key, then by value, joined with "; ".
+    For each key "robot.radius: 0.09 here, 0.15 in /driver_node", by key, then by value, joined with "; ".
     """
     found: dict[tuple[str, str], list[str]] = {}
     for name, theirs in others.items():
@@ -58,14 +53,11 @@ class SharedConstants:
 
     A node that has ended no longer disagrees, nor does one that has started again with other values. A node that must
     stand still on a disagreement reads `disagreement` at each step.
-
-    Attributes:
-        disagreement: the differences, as returned by the function `disagreement`; empty where they agree.
     """
 
     def __init__(self, node: Node, settings: Settings, *groups: Group) -> None:
         """Publishes the constants of these groups, declared by `node`, that all must share."""
-        self.disagreement = ""
+        self.disagreement = ""  # the differences, as the function `disagreement` returns them
         self._node = node
         self._name = node.get_fully_qualified_name()
         self._ours = constants_of(settings, *groups)

@@ -10,14 +10,10 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class StopSignal:
-    """Keeps the first signal received; rclpy's own handlers end the context before a last message can be sent.
-
-    Attributes:
-        number: number of the signal; None before.
-    """
+    """Keeps the first signal received; rclpy's own handlers end the context before a last message can be sent."""
 
     def __init__(self) -> None:
-        self.number: int | None = None
+        self.number: int | None = None  # of the signal; None before
         self._at_once = False
 
     def _take(self, number: int, frame: FrameType | None) -> None:

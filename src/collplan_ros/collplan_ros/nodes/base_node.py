@@ -36,11 +36,7 @@ FINAL_ZEROS = 3
 
 
 def check_base(settings: Settings) -> None:
-    """Checks the caps, and that a base with a watchdog does not stop between two velocities.
-
-    Raises:
-        ParameterError: one does not fit.
-    """
+    """Checks the caps, and that a base with a watchdog does not stop between two velocities; else ParameterError."""
     check_caps(settings)
     base = settings.base
     if 0.0 < base.watchdog * base.rate < 2.0:
@@ -51,11 +47,7 @@ def check_base(settings: Settings) -> None:
 
 
 class BaseNode(GraphNode):
-    """Sends the command on while it is fresh, else zero, at base.rate or more often.
-
-    Attributes:
-        contract: behaviour that it shares with every robot.
-    """
+    """Sends the command on while it is fresh, else zero, at base.rate or more often."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""

@@ -17,11 +17,7 @@ LIVE = ("robot.max_speed",)
 
 
 def check_caps(settings: Settings) -> None:
-    """Checks that the speed commanded at most is within the cap.
-
-    Raises:
-        ParameterError: it is not.
-    """
+    """Checks that the speed commanded at most is within the cap; ParameterError otherwise."""
     speed, cap = settings.robot.max_speed, settings.cap.speed
     if speed > cap:
         raise ParameterError(f"robot.max_speed: got {speed:g}, expected at most cap.speed, {cap:g} m/s")
@@ -32,11 +28,7 @@ REFUSED = "last command refused: not finite or too fast"
 
 
 class CommandCheck:
-    """Clamps commands to the limits of `robot` and `cap`, refuses those not finite or far beyond, and counts both.
-
-    Attributes:
-        last_refused: whether the last command was refused.
-    """
+    """Clamps commands to the limits of `robot` and `cap`, refuses those not finite or far beyond, and counts both."""
 
     def __init__(self, settings: Settings) -> None:
         """Starts at rest, with both counts at zero."""
@@ -51,10 +43,9 @@ class CommandCheck:
         self._settings = settings
 
     def followed(self, twist: Twist, now: float) -> tuple[np.ndarray, float]:
-        """Returns the part of a command received at `now` [s] that is followed: within the limits, or zero if refused.
+        """The part of a command received at `now` [s] that is followed: within the limits, or zero if refused.
 
-        Returns:
-            Velocity (2,) [m/s, robot frame] and yaw rate [rad/s].
+        It is a velocity (2,) [m/s, robot frame] and a yaw rate [rad/s].
         """
         settings = self._settings
         try:

@@ -15,14 +15,11 @@ class Commanders:
 
     A commander that has restarted is listed twice until the old one's lease ends, under one name: it counts as one. Two
     of one name are distinguished by their messages, which each publisher counts by itself.
-
-    Attributes:
-        why_refused: their names in a sentence, where there are several; empty where there is one or none.
     """
 
     def __init__(self, node: Node, topic: str) -> None:
         """Watches `topic`, as given to rclpy; `look` and `took` are to be called."""
-        self.why_refused = ""
+        self.why_refused = ""  # their names in a sentence, where there are several, else empty
         self._node = node
         self._topic = node.resolve_topic_name(topic)
         self._last: int | None = None

@@ -53,15 +53,11 @@ class ControlPeriod:
 
 
 class ControllerOutputs:
-    """Publishes cmd_vel, maneuver and controller/: state, reference, motion_delay and drive.
-
-    Attributes:
-        command: the newest command sent.
-    """
+    """Publishes cmd_vel, maneuver and controller/: state, reference, motion_delay and drive."""
 
     def __init__(self, node: Node, settings: Settings) -> None:
         """Publishes through `node`."""
-        self.command = stopped("just started")
+        self.command = stopped("just started")  # the newest sent
         self._settings = settings
         self._log = node.get_logger()
         self._cmd_vel = node.create_publisher(command_type(settings.controller), "cmd_vel", qos.NEWEST_PUBLISHED)

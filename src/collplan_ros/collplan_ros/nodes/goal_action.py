@@ -36,11 +36,8 @@ def serve_goals(
 ) -> TakeDecisions:
     """Serves the action in `node` if nav2_msgs is installed; returns what the planner's decisions are given to.
 
-    Args:
-        node: its executor runs the action.
-        take_goal: takes a goal's message and its identity, 16 bytes.
-        cancel: ends the planner's goal.
-        drops: whether a goal that comes now has queued up while the node was frozen, and is rejected.
+    `take_goal` takes a goal's message and its identity, 16 bytes; `cancel` ends the planner's goal; `drops` says
+    whether a goal that comes now has queued up while the node was frozen, and is rejected.
     """
     try:
         from nav2_msgs.action import NavigateToPose

@@ -21,23 +21,15 @@ LONGEST_SILENCE = 1.0
 
 
 class Localisation:
-    """Listens on /tf and /tf_static for the transform from one frame to another.
-
-    Attributes:
-        frame: pose of the child in the parent; None before the first transform.
-    """
+    """Listens on /tf and /tf_static for the transform from one frame to another."""
 
     def __init__(self, inputs: Inputs, parent: str, child: str, local: Callable[[], float]) -> None:
-        """Subscribes through `inputs`; `local` is the time for ages [s].
-
-        Raises:
-            ParameterError: tf2_msgs is not installed.
-        """
+        """Subscribes through `inputs`, ages by `local` [s]; ParameterError: tf2_msgs is not installed."""
         try:
             from tf2_msgs.msg import TFMessage
         except ImportError:
             raise ParameterError("mocap.localised: got True, expected False where tf2_msgs is not installed") from None
-        self.frame: FrameInMap | None = None
+        self.frame: FrameInMap | None = None  # pose of the child in the parent; None before the first transform
         self._parent, self._child, self._local = parent, child, local
         self._received = -math.inf
         self._inputs = inputs
@@ -69,11 +61,7 @@ class Localisation:
             self._inputs.conflict("/tf_static", f"{what}, the newest is taken; expected one source: end one")
 
     def known(self) -> FrameInMap:
-        """The pose of the child in the parent.
-
-        Raises:
-            PoseError: there was no transform yet, or none for LONGEST_SILENCE.
-        """
+        """The pose of the child in the parent; PoseError: there was no transform yet, or none for LONGEST_SILENCE."""
         age = self._local() - self._received
         if self.frame is None or age > LONGEST_SILENCE:
             since = "yet" if self.frame is None else f"for {age:.1f} s"

@@ -58,10 +58,9 @@ def in_map(result: FilterResult, frame: FrameInMap) -> FilterResult:
 
 
 def check_odometry(settings: Settings) -> None:
-    """Checks that an odometry that is to be tied to the map has a frame, and does not count as lost while it slips.
+    """Checks that an odometry tied to the map has a frame, and does not count as lost while it slips.
 
-    Raises:
-        ParameterError: it has none, or does.
+    ParameterError: it has none, or does.
     """
     mocap, age = settings.mocap, settings.limits.pose_age
     if mocap.slip_time >= age:
@@ -71,11 +70,7 @@ def check_odometry(settings: Settings) -> None:
 
 
 def frame_broadcast(node: Node) -> Callable[[Odometry], None]:
-    """Makes a function that publishes the pose of an odometry message as a transform on /tf.
-
-    Raises:
-        ParameterError: tf2_msgs is not installed.
-    """
+    """Makes the publisher of an odometry's pose as a transform on /tf; ParameterError: tf2_msgs is not installed."""
     try:
         from tf2_msgs.msg import TFMessage
     except ImportError:

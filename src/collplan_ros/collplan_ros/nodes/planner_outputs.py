@@ -31,11 +31,7 @@ from collplan_ros.node_kit.run_node import publish_acknowledged
 def costs_message(name: str, plan: Plan, planning_time: float, strategy: str) -> DiagnosticArray:
     """Message with each cost term of the chosen candidate, candidate counts before and after pruning, planning time.
 
-    Args:
-        name: full name of the publishing node.
-        plan: the plan of the cycle; its stamp is the message's.
-        planning_time: duration of the cycle [s], given in ms in the message.
-        strategy: name of the planner's strategy.
+    `name` is the full name of the publishing node; the stamp is the plan's; `planning_time` [s] is given in ms.
     """
     values: dict[str, object] = {
         "planning_time_ms": 1e3 * planning_time,

@@ -36,16 +36,11 @@ AGAIN = 1.0
 
 
 class RobotState:
-    """Publishes robot/state, latched, at every change and each AGAIN; logs changes too.
-
-    Attributes:
-        name: FREE, HELD or STOPPED.
-        message: reason why the robot does not move, and how to release it; empty where it is free.
-    """
+    """Publishes robot/state, latched, at every change and each AGAIN; logs changes too."""
 
     def __init__(self, node: Node) -> None:
         """Publishes through `node`; `tell` is to be called with the first state."""
-        self.name = self.message = ""
+        self.name = self.message = ""  # FREE, HELD or STOPPED; why, and how to release it, empty where free
         self._knows_planner = False
         self._log = node.get_logger()
         self._source = node.get_fully_qualified_name()
@@ -54,13 +49,9 @@ class RobotState:
         node.create_timer(AGAIN, lambda: self._out.publish(self._status), clock=steady_clock())
 
     def tell(self, name: str, reason: str, remedy: str, knows_planner: bool) -> None:
-        """Publishes the present state if it is another one.
+        """Publishes FREE, HELD or STOPPED if it is another state, with the reason, empty where free, and the remedy.
 
-        Args:
-            name: FREE, HELD or STOPPED.
-            reason: reason why the robot does not move; empty where it is free.
-            remedy: action that lets it move again.
-            knows_planner: whether the planner was received: a goal given from then on is a new one.
+        `knows_planner`: the planner was received, so a goal given from then on is a new one.
         """
         whole = f"held, {reason}" if name == HELD else reason
         message = f"{whole}: {remedy}" if reason else ""
@@ -110,19 +101,13 @@ class ContractedRobot(Protocol):
 
 
 class RobotContract:
-    """Commands, the interlock and the emergency stop of one robot.
-
-    Attributes:
-        stopped_by: cause of the latched emergency stop, in words; empty while it is not latched.
-        releases: number of times that a person has let the robot move.
-        clearances: number of times that the emergency stop was cleared.
-    """
+    """Commands, the interlock and the emergency stop of one robot."""
 
     def __init__(
         self, node: Node, inputs: Inputs, robot: ContractedRobot, settings: Settings, times: Times | None = None
     ) -> None:
         """Subscribes through `inputs` and serves in `node`; ages are measured by `times`, by default in real time."""
-        self.stopped_by = ""
+        self.stopped_by = ""  # cause of the latched emergency stop, in words; empty while it is not latched
         self._ignored = self.releases = self.clearances = 0
         self._node = node
         self._inputs = inputs
@@ -170,13 +155,7 @@ class RobotContract:
         return not self.stopped_by and not self._interlock.reason
 
     def health(self, values: Mapping[str, object], warning: str, well: str) -> Health:
-        """A robot's health.
-
-        Args:
-            values: its figures by name.
-            warning: a fault that does not stop it, empty where there is none.
-            well: message of a robot that has none.
-        """
+        """A robot's health: figures by name, and the warning of a fault that does not stop it, or else `well`."""
         if self._commanders.why_refused:
             return Health(ERROR, self._commanders.why_refused, values)
         waits = self._state.message

@@ -21,10 +21,7 @@ def listen_to_sensors(
     take_scan: Callable[[Scan], None],
     settings: Settings,
 ) -> None:
-    """Subscribes mocap/odom and scan through `inputs`.
-
-    Unusable ones are handed to `refuse` as "pose" or "scan", with the reason.
-    """
+    """Subscribes mocap/odom and scan; unusable ones go to `refuse` as "pose" or "scan", with the reason."""
     frames = settings.frames
 
     def on_pose(raw: bytes) -> None:

@@ -44,11 +44,7 @@ NOWHERE = np.zeros(2)
 
 
 def touch_type(base: Base) -> type:
-    """The message class of `base.touch`.
-
-    Raises:
-        ParameterError: its package is not installed.
-    """
+    """The message class of `base.touch`; ParameterError: its package is not installed."""
     package, name = MESSAGES[base.touch]
     try:
         found: type = getattr(import_module(f"{package}.msg"), name)
@@ -88,10 +84,9 @@ def why_unlike_imu(accelerations: np.ndarray) -> str:
 
 
 def why_other_unit(readings: np.ndarray) -> str:
-    """Returns what accelerations show beside the velocities of poses where gravity is taken out; or "".
+    """What accelerations show beside the velocities of poses where gravity is taken out; or "".
 
-    Args:
-        readings: (n, 5) time [s], acceleration [m/s^2] and velocity [m/s] in the body frame; rising times.
+    The readings are (n, 5) time [s], rising, acceleration [m/s^2] and velocity [m/s] in the body frame.
     """
     rows = readings[np.isfinite(readings).all(axis=1)]
     if len(rows) < ENOUGH:
@@ -122,16 +117,12 @@ TOWARDS: dict[str, Callable[[Any, Base], np.ndarray | None]] = {
 
 
 class TouchInput:
-    """Takes the messages of a base, and publishes the impacts in them.
-
-    Attributes:
-        published: impacts published.
-        missed: touches without a pose, or of a robot that did not move into anything.
-    """
+    """Takes the messages of a base, and publishes the impacts in them."""
 
     def __init__(self, inputs: Inputs, felt: FeltImpacts, settings: Settings, clock: Clock) -> None:
         """Subscribes through `inputs`, publishes through `felt`; `clock` is that of the touches."""
         self.published = self.missed = 0
+        """Impacts published, and touches without a pose or of a robot that did not move into anything."""
         self._settings, self._clock, self._felt = settings, clock, felt
         self._touched, self._last = False, -math.inf
         self._aside = self._bounced = 0

@@ -51,11 +51,7 @@ class ViewNode(Node):
     """Serves the page on this machine; subscribes to shown topics, gives goals, calls services, sets the strategy."""
 
     def __init__(self, **kwargs: Any) -> None:
-        """Keyword arguments go to `rclpy.node.Node`.
-
-        Raises:
-            PortTaken: view.port cannot be listened on.
-        """
+        """Keyword arguments go to `rclpy.node.Node`; PortTaken: view.port cannot be listened on."""
         super().__init__("view_node", **kwargs)
         declare(self, *GROUPS, live=())
         self._settings: Settings = read_settings(self, *GROUPS)

@@ -23,10 +23,9 @@ class RecordedJournals:
     cut: str = ""  # where that file is cut off, in words; "" where it has an end
 
     def events(self, of: str) -> list[Event]:
-        """Returns the events in the journal of a loop, PLANNER or CONTROLLER; empty where there is none.
+        """The events of a loop, PLANNER or CONTROLLER, empty where there is none.
 
-        Raises:
-            JournalError: a line does not hold what a journal does.
+        JournalError: a line does not hold what a journal does.
         """
         return list(events_of(self.rows, of))
 
@@ -34,9 +33,7 @@ class RecordedJournals:
 def read_journals(run: Path) -> RecordedJournals:
     """The journals of a run folder, a recording, or a file that a trial has written.
 
-    Raises:
-        JournalError: there is none, or it cannot be read.
-        RunError: a recording that cannot be read.
+    JournalError: there is none, or it cannot be read. RunError: a recording that cannot be read.
     """
     path = run / RECORDING if run.is_dir() else run
     lines, cut = _recorded_lines(path) if path.suffix == ".mcap" else _written_lines(path)

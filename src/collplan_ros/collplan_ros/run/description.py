@@ -33,11 +33,7 @@ def describe_run(
     """Begins a recording, to which nothing was written yet, with the description of its run.
 
     `parameters` is the file of all parameters, the goal x, y [m]; the clock of the messages' times is `clock_ahead` of
-    the steady clock [ns].
-
-    Raises:
-        OSError: the file of parameters cannot be read.
-        RecordError: the recording cannot be written.
+    the steady clock [ns]. OSError: the file of parameters cannot be read. RecordError: the recording cannot be written.
     """
     recording.attach(PARAMETERS, YAML, parameters.read_text(encoding="utf-8"))
     recording.attach(WORLD, YAML, world_text(world))

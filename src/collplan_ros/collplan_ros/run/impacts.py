@@ -61,10 +61,7 @@ def impacts_of(log: RunLog, velocity_window: float) -> JudgedImpacts:
 
 
 def _settled(impact: Impact, impacts: Sequence[Impact], poses: list[PoseRow], velocity_window: float) -> np.ndarray:
-    """Velocity after one of the measured impacts: that of the first pose that is fitted to poses after it alone.
-
-    Or of the last one before the next impact, or of all, where that is earlier.
-    """
+    """Velocity after a measured impact: of the first pose fitted to later ones alone, or the last before the next."""
     later = min((other.time for other in impacts if other.time > impact.time), default=math.inf)
     settled = min(_first_from(impact.time + SETTLED * velocity_window, poses), _first_from(later, poses) - 1)
     row = poses[max(settled, 0)]

@@ -54,10 +54,7 @@ def entries(path: Path, topics: Sequence[str]) -> Iterator[Metadata | Message]:
     """Yields the descriptions of a run and the messages of `topics`, in the order of recording.
 
     A topic is given as its node names it, `plan` for `/robot1/plan` where that is the robot's namespace. Of a file that
-    was cut off everything up to there is read.
-
-    Raises:
-        RunError: the file is missing, or is no recording.
+    was cut off everything up to there is read. RunError: the file is missing, or is no recording.
     """
     namespace, schemas = namespace_of(path).rstrip("/"), dict[int, Schema]()
     channels: dict[int, tuple[str, str, Callable[[bytes], Any]]] = {}
@@ -81,11 +78,7 @@ def entries(path: Path, topics: Sequence[str]) -> Iterator[Metadata | Message]:
 
 
 def namespace_of(path: Path) -> str:
-    """Returns the namespace of a recorded robot's nodes, by its poses where no description tells it.
-
-    Raises:
-        RunError: the file is missing, or is no recording.
-    """
+    """The namespace of a robot's nodes, by its poses where no description tells it; RunError as of `entries`."""
     told = description(path, RUN)
     if told:
         return told.get("namespace", "/")
@@ -94,29 +87,17 @@ def namespace_of(path: Path) -> str:
 
 
 def raw_messages(path: Path, topics: Sequence[str]) -> Iterator[Message]:
-    """The messages of `topics`, as `entries` gives them.
-
-    Raises:
-        RunError: the file is missing, or is no recording.
-    """
+    """The messages of `topics`, as `entries` gives them; RunError as of `entries`."""
     return (entry for entry in entries(path, topics) if isinstance(entry, Message))
 
 
 def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
-    """Yields the same, decoded: topic, time of receipt [ns], and the message.
-
-    Raises:
-        RunError: the file is missing, or is no recording.
-    """
+    """Yields the same, decoded: topic, time of receipt [ns], and the message; RunError as of `entries`."""
     return ((each.topic, each.came, each.decoded) for each in raw_messages(path, topics))
 
 
 def attachment(path: Path, name: str) -> str:
-    """Returns the text attached to a recording under this name.
-
-    Raises:
-        RunError: there is nothing of this name, or the file is missing, or is no recording.
-    """
+    """The text attached to a recording under this name; RunError where there is none, and as of `entries`."""
     for record in _records_of(path):
         if isinstance(record, Attachment) and record.name == name:
             return record.data.decode()
@@ -124,21 +105,13 @@ def attachment(path: Path, name: str) -> str:
 
 
 def description(path: Path, name: str) -> dict[str, str]:
-    """Returns a recording's description of its run, or of the code, by name; empty where it has none.
-
-    Raises:
-        RunError: the file is missing, or is no recording.
-    """
+    """A recording's description of its run or the code, by name; empty where it has none; RunError as of `entries`."""
     found = (each for each in _records_of(path) if isinstance(each, Metadata) and each.name == name)
     return next((dict(each.metadata) for each in found), {})
 
 
 def is_whole(path: Path) -> bool:
-    """Returns whether a recording has an end; one whose bringup was killed has none.
-
-    Raises:
-        RunError: it cannot be read.
-    """
+    """Whether a recording has an end; one whose bringup was killed has none; RunError: it cannot be read."""
     with _opened(path) as file:
         if file.seek(0, 2) < SHORTEST:
             return False

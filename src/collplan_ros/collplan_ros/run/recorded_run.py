@@ -74,11 +74,7 @@ class RecordedRun:
 
     @property
     def end(self) -> RunEnd:
-        """Its end as summary.json tells it; INCOMPLETE where there is none.
-
-        Raises:
-            RunError: that has another form than bringup writes.
-        """
+        """Its end as summary.json tells it, INCOMPLETE without one; RunError: it has another form than bringup's."""
         path = self.folder / SUMMARY
         try:
             summary = json.loads(path.read_text())
@@ -117,11 +113,7 @@ class RecordedRun:
 
 
 def read_run(folder: Path) -> RecordedRun:
-    """Reads the run in a folder of bringup.
-
-    Raises:
-        RunError: a file is missing or has another form than bringup writes.
-    """
+    """Reads the run in a folder of bringup; RunError: a file is missing or has another form than bringup writes."""
     if not folder.is_dir():
         raise RunError(f"{folder}: not a folder, expected one that bringup left")
     path = folder / RECORDING
@@ -152,11 +144,7 @@ Mark = tuple[float, str, dict[str, str]]
 
 
 def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], bool]:
-    """The marks of a recording, and whether they are between its messages, where bringup has put them.
-
-    Another tool may have moved them: then a goal tells its time, a run begins with its goal, and the end holds last.
-    Without any a run is what was recorded, to the goals published; `lacks` is told.
-    """
+    """The marks of a recording, and whether they are between its messages, where bringup has put them."""
     found, between = list[Metadata](), False
     goals, truth = list[Mark](), False
     for entry in entries(path, ("mocap/odom", "goal_pose", "ground_truth/odom")):
@@ -173,7 +161,7 @@ def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], 
             truth |= entry.topic == "ground_truth/odom"
     if not found and not is_whole(path):
         return [], True  # cut off before the run began
-    if not found:
+    if not found:  # lost: a run is what was recorded, to the goals published
         lacks.append("bringup's marks of begin, goal and end")
         return [(-math.inf, BEGIN, {"simulated": str(truth).lower()}), *goals], False
     timed = [(_time_of(found[k:]), each.name, each.metadata) for k, each in enumerate(found)]
@@ -181,7 +169,7 @@ def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], 
 
 
 def _time_of(marks: Sequence[Metadata]) -> float:
-    """Time [s] from which the first of these marks holds."""
+    """Time [s] from which the first of these holds if another tool has moved them: its goal's; the end's comes last."""
     if marks[0].name == END:
         return math.inf
     return next((float(each.metadata["sent"]) for each in marks if each.name == GOAL), -math.inf)

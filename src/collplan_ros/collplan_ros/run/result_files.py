@@ -32,10 +32,9 @@ from collplan_ros.run.writer import RECORDING
 
 
 def timing_of(log: RunLog) -> Timing:
-    """Timing of a run, from its first command to move to its end.
+    """Timing of a run, from its first command to move to its end; no gap where simulated time waits for the nodes.
 
-    The gap is the longest time between two commands, which their sender's middleware stamps. Where simulated time waits
-    for the nodes there is none.
+    The gap is the longest time between two commands, which their sender's middleware stamps.
     """
     begin = log.time_zero
     poses = [pose for pose in log.poses if begin is not None and pose.stamp >= begin]
@@ -172,10 +171,7 @@ def _learnt_lines(drive: Mapping[str, float]) -> list[str]:
 def write_result_files(run: RecordedRun, goal: np.ndarray, outcome: str, said: Mapping[str, Any]) -> dict[str, Any]:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first; returns the summary.
 
-    The goal is (2,) [m]; `said` are further values of the summary.
-
-    Raises:
-        RecordError: a file cannot be written.
+    The goal is (2,) [m]; `said` are further values of the summary. RecordError: a file cannot be written.
     """
     folder, log, settings = run.folder, run.log, run.settings
     with replacing(folder / TRAJECTORY) as path:

@@ -23,9 +23,8 @@ class RecordError(RuntimeError):
 class FolderLock:
     """Held from its construction until it is closed, or its process ends, whatever ends it.
 
-    Raises:
-        BlockingIOError: on construction, another holds it.
-        OSError: on construction, the folder cannot be read, or is where a file system knows no locks.
+    On construction BlockingIOError: another holds it. OSError: the folder cannot be read, or is where a file system
+    knows no locks.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -53,8 +52,7 @@ def has_end(path: Path) -> bool:
 def replacing(path: Path) -> Iterator[Path]:
     """Gives the path of a file to write beside `path`, which takes its place on leaving, or is removed on an error.
 
-    Raises:
-        RecordError: it cannot be written.
+    RecordError: it cannot be written.
     """
     unfinished = path.with_name(f".{path.stem}_{os.getpid()}{path.suffix}")
     try:

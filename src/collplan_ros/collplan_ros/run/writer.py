@@ -18,10 +18,7 @@ FLUSH_PERIOD = 0.5
 
 
 class _Pending:
-    """Bytes that the library has written and the file has not received yet.
-
-    A Python file would keep bytes that a full disk refused, and try again whenever it is closed.
-    """
+    """Bytes not yet in the file: one of Python's keeps those that a full disk refused, and tries again when closed."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -44,13 +41,10 @@ class _Pending:
 
 
 class RecordingFile:
-    """A file in the MCAP format.
+    """A file in the MCAP format; after a failure nothing more is written.
 
-    After a failure nothing more is written.
-
-    Raises:
-        RecordError: on construction, and from `flush_when_due`, `flush` and `finish`, the first time that this is
-            noticed: the file cannot be written.
+    RecordError: the file cannot be written; on construction, and from `flush_when_due`, `flush` and `finish` the first
+    time that this is noticed.
     """
 
     def __init__(self, path: Path) -> None:

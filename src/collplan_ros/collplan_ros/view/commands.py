@@ -34,9 +34,8 @@ class PageCommand:
 def command_from_text(text: str | bytes, token: str) -> PageCommand:
     """The command in a message.
 
-    Raises:
-        WrongToken: it has another token, or none, or is no such object at all.
-        CommandError: it has the token, and no valid action.
+    WrongToken: it has another token, or none, or is no such object at all. CommandError: it has the token, and no valid
+    action.
     """
     try:
         given = json.loads(text)

@@ -22,11 +22,7 @@ Texts = Mapping[str, str]
 
 
 def as_json(value: Any) -> str:
-    """Returns a value as strict JSON in ASCII, without spaces.
-
-    Raises:
-        ValueError: a number in it is not finite.
-    """
+    """A value as strict JSON in ASCII, without spaces; ValueError: a number in it is not finite."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False)
 
 
@@ -43,11 +39,7 @@ class Changes:
         self._changed: dict[str, str] = {}
 
     def put(self, name: str, value: Any) -> None:
-        """Sets a part, if it differs from the newest of its name or is one of REPEATED.
-
-        Raises:
-            ValueError: a number in it is not finite.
-        """
+        """Sets a part, if it differs from the newest of its name or is one of REPEATED; ValueError: not finite."""
         text = as_json(value)
         if name in REPEATED or self._newest.get(name) != text:
             self._newest[name] = self._changed[name] = text

@@ -85,11 +85,7 @@ class SceneError(ValueError):
 
 
 def milli(values: np.ndarray | Sequence[float]) -> list[int]:
-    """Numbers of any shape as one list of whole thousandths.
-
-    Raises:
-        SceneError: one of them is not finite or beyond LARGEST.
-    """
+    """Numbers of any shape as one list of whole thousandths; SceneError: one is not finite or beyond LARGEST."""
     numbers = np.asarray(values, dtype=float).reshape(-1)
     if not (np.abs(numbers) <= LARGEST).all():
         raise SceneError(f"got {numbers[~(np.abs(numbers) <= LARGEST)][0]}, expected at most {LARGEST:g} in size")
@@ -259,11 +255,7 @@ def nodes(reports: Iterable[NodeReport], now: float) -> Part:
 
 
 def time_of(seconds: float) -> float:
-    """Returns a time [s] as sent to the page, to the ms.
-
-    Raises:
-        SceneError: it is not finite.
-    """
+    """A time [s] as sent to the page, to the ms; SceneError: it is not finite."""
     if not math.isfinite(seconds):
         raise SceneError(f"got time {seconds}, expected a finite one")
     return round(seconds, 3)

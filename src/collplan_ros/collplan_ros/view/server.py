@@ -47,11 +47,7 @@ class PortTaken(OSError):
 
 
 def listening_socket(port: int) -> socket.socket:
-    """A socket that listens on a port of this machine; 0 is any that is free.
-
-    Raises:
-        PortTaken: it cannot.
-    """
+    """A socket that listens on a port of this machine, 0 for any that is free; PortTaken: it cannot."""
     try:
         return socket.create_server((ADDRESS, port))
     except OSError as error:
@@ -66,13 +62,7 @@ class PageServer:
     def __init__(
         self, port: int, most_clients: int, take: Callable[[PageCommand, Reply], None], log: Callable[[str], None]
     ) -> None:
-        """Listens on a port, 0 for any that is free, and starts the thread.
-
-        `take` executes a page's command; it is called in the server's thread, and must not wait. `log` logs refusals.
-
-        Raises:
-            PortTaken: it cannot listen there.
-        """
+        """Listens on a port, 0 for any, or raises PortTaken; `take` runs in the server's thread, and must not wait."""
         self.token = secrets.token_urlsafe(32)
         """Each command must hold it; another one at each start."""
         self.n_clients = self.n_refused = 0

@@ -73,18 +73,10 @@ class CFirmware:
     """Reference firmware in C with the interface of `Firmware`: takes and gives bytes, and drives `simulator`'s wheels.
 
     The reason of a stop is known from its telemetry alone.
-
-    Attributes:
-        estop_pressed, battery, motor_fault, too_hot: see `Firmware`.
-        stalled: set where it was held up since the last telemetry.
     """
 
     def __init__(self, simulator: Simulator, settings: Settings, boot: int) -> None:
-        """Compiles the firmware where that is needed.
-
-        Raises:
-            ParameterError: it cannot be compiled, or is to speak another version or of wheels that are not there.
-        """
+        """Compiles the firmware where that is needed; ParameterError: it cannot, or version or wheels do not fit."""
         faults = settings.emulator.asked
         if faults.protocol_version != VERSION:
             raise ParameterError(
@@ -98,7 +90,7 @@ class CFirmware:
         self.estop_pressed = faults.estop_pressed
         self.battery = faults.battery
         self.motor_fault, self.too_hot = faults.motor_fault, faults.too_hot
-        self.stalled = False
+        self.stalled = False  # held up since the last telemetry
         self._simulator = simulator
         self._speeds = np.zeros(len(self._wheels))
         self._incoming, self._outgoing = b"", b""

@@ -17,11 +17,7 @@ NAME = "libomnipuck_firmware.so"
 
 
 def firmware_sources() -> Path:
-    """The folder of the reference firmware.
-
-    Raises:
-        ParameterError: it was not installed.
-    """
+    """The folder of the reference firmware; ParameterError: it was not installed."""
     package = Path(omnipuck_driver.__file__).resolve().parent
     for folder in (package.parent / "firmware", package / "firmware"):
         if (folder / "firmware.c").is_file():
@@ -32,8 +28,7 @@ def firmware_sources() -> Path:
 def compiled_firmware() -> ctypes.CDLL:
     """The library; compiled where its sources have changed.
 
-    Raises:
-        ParameterError: there are no sources or no compiler, or it refuses them.
+    ParameterError: there are no sources or no compiler, or it refuses them.
     """
     folder = firmware_sources()
     sources = [*sorted(folder.glob("*.c")), *sorted(folder.glob("host/*.c"))]

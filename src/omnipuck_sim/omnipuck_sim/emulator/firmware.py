@@ -47,17 +47,11 @@ CLOCK = 1 << 32
 
 @dataclass(frozen=True)
 class Stop:
-    """The wheels were set to zero after they had turned.
+    """The wheels were set to zero after they had turned."""
 
-    Attributes:
-        time: time of the stop [s].
-        age: age of the last command followed, since the driver took it [s].
-        cause: command, life, hold, clock, emergency stop, motor fault, too hot, session or restart.
-    """
-
-    time: float
-    age: float
-    cause: str
+    time: float  # of the stop [s]
+    age: float  # of the last command followed, since the driver took it [s]
+    cause: str  # command, life, hold, clock, emergency stop, motor fault, too hot, session or restart
 
 
 def measured_wheels(wheels: OmniWheels, simulator: Simulator) -> np.ndarray:
@@ -73,26 +67,16 @@ def change_in_body(impact: Impact, simulator: Simulator) -> tuple[float, float]:
 
 
 class Firmware:
-    """The firmware: takes and gives bytes, and drives the wheels of `simulator`.
-
-    Attributes:
-        estop_pressed: whether the button on the robot is pressed.
-        battery: its voltage [V].
-        motor_fault, too_hot: whether a motor has failed, or they are too hot.
-        stalled: whether the firmware was held up since the last telemetry.
-        refused: number of complete commands that were not followed.
-        late: number of refused commands that expired on the way.
-        expires: time at which the last followed command ends, by the simulator's clock [s].
-    """
+    """The firmware: takes and gives bytes, and drives the wheels of `simulator`."""
 
     def __init__(self, simulator: Simulator, settings: Settings, boot: int) -> None:
         faults = settings.emulator.asked
-        self.estop_pressed = faults.estop_pressed
-        self.battery = faults.battery
-        self.motor_fault, self.too_hot = faults.motor_fault, faults.too_hot
-        self.stalled = False
-        self.refused = 0
-        self.late = 0
+        self.estop_pressed = faults.estop_pressed  # the button on the robot
+        self.battery = faults.battery  # its voltage [V]
+        self.motor_fault, self.too_hot = faults.motor_fault, faults.too_hot  # a motor has failed, or they are too hot
+        self.stalled = False  # held up since the last telemetry
+        self.refused = 0  # complete commands that were not followed
+        self.late = 0  # refused ones that expired on the way
         self._simulator = simulator
         self._wheels = OmniWheels(settings.kinematics)
         self._n_wheels = faults.n_wheels or len(self._wheels)
@@ -115,7 +99,7 @@ class Firmware:
         self._asked = np.zeros(len(self._wheels))
         self._speeds = np.zeros(len(self._wheels))
         self._advanced = 0.0
-        self.expires = 0.0
+        self.expires = 0.0  # when the last followed command ends, by the simulator's clock [s]
         self._born = 0.0
         self._impacts = 0
         self._impact: tuple[float, tuple[float, float]] | None = None

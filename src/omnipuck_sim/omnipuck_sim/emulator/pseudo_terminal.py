@@ -10,11 +10,7 @@ MOST_READ = 65536
 
 
 class PseudoTerminal:
-    """Open from the start; reading and writing never wait.
-
-    Raises:
-        OSError: something other than a link is at the path, or it cannot be written.
-    """
+    """Open from the start; reading and writing never wait. OSError: no link is at the path, or it cannot be written."""
 
     def __init__(self, link: Path) -> None:
         self._master, self._slave = os.openpty()

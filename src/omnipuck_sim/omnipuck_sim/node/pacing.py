@@ -9,20 +9,13 @@ SHORTEST_MEASUREMENT = 0.5
 class Pacing:
     """The steps that keep a simulation in step with local time.
 
-    Args:
-        rate: steps per simulated second [Hz].
-        speed_factor: simulated seconds per second.
-        catch_up: simulated time that is made up for after a stall [s]; more is given up.
-        now: local time at which the first step begins [s].
-
-    Attributes:
-        behind: simulated time that has passed by the clock, and for which no step was taken yet [s].
-        stalled: time for which the simulator itself was held up so far [s].
-        given_up: simulated time given up so far [s].
+    `rate` counts steps per simulated second [Hz], `speed_factor` simulated seconds per second. `catch_up` is the
+    simulated time made up for after a stall [s], more is given up; the first step begins at the local time `now` [s].
     """
 
     def __init__(self, rate: float, speed_factor: float, catch_up: float, now: float) -> None:
         self.behind = self.stalled = self.given_up = 0.0
+        """Simulated time due without a step yet; time the simulator was held up; simulated time given up [s]."""
         self._rate = rate
         self._speed_factor = speed_factor
         self._catch_up = catch_up

@@ -45,12 +45,6 @@ class SimulatedMocap:
     """Runs in real time, stamped by the system's clock; or in simulated time, which it publishes on /clock.
 
     Time passes by the local clock from `start` on, or else pose by pose, whenever `grant` is called.
-
-    Attributes:
-        simulator: the robot.
-        publishes_clock: whether time is the simulator's, for all nodes.
-        impacts: impacts so far.
-        description: world, seed and start, in words.
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
@@ -58,10 +52,10 @@ class SimulatedMocap:
         simulation = settings.simulator
         world = load_world(simulation.world)
         self.simulator = Simulator(world, settings, simulation.seed)
-        self.publishes_clock = simulation.publishes_clock
+        self.publishes_clock = simulation.publishes_clock  # time is the simulator's, for all nodes
         x, y = self.simulator.state.position.tolist()
         self.description = f"world {world.name}, seed {simulation.seed}, start {x:.3f}, {y:.3f}"
-        self.impacts = 0
+        self.impacts = 0  # so far
         self._node = node
         self._settings = settings
         self._fault = simulation.mocap_fault
@@ -81,11 +75,7 @@ class SimulatedMocap:
         self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
     def start(self, advance: Callable[[], object]) -> None:
-        """Calls `advance` once per pose from now on, when it is due by the local clock.
-
-        Raises:
-            ParameterError: simulator.speed_factor is 0.
-        """
+        """Calls `advance` once per pose, when due by the local clock; ParameterError: simulator.speed_factor is 0."""
         simulation = self._settings.simulator
         if simulation.speed_factor == 0.0:
             raise ParameterError("simulator.speed_factor: got 0, expected more: only bringup makes time wait for nodes")
@@ -111,10 +101,7 @@ class SimulatedMocap:
         return self._pacing.stalled
 
     def advance(self, before_step: Callable[[], None] | None = None) -> list[Impact]:
-        """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts.
-
-        `before_step` is called before each step.
-        """
+        """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts."""
         now = monotonic()
         steps = self._pacing.due(now)
         if not self.publishes_clock:

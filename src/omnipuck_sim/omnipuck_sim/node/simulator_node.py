@@ -41,11 +41,7 @@ class SimulatorNode(GraphNode):
         self._inputs.ready(self._room.description)
 
     def start(self) -> None:
-        """Lets simulated time follow the local clock from now on.
-
-        Raises:
-            ParameterError: simulator.speed_factor is 0.
-        """
+        """Lets simulated time follow the local clock from now on; ParameterError: simulator.speed_factor is 0."""
         self._advance = self._room.advance
         self._room.start(self._advance)
 

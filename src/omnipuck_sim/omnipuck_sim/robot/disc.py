@@ -28,9 +28,6 @@ class Disc:
     """One rigid disc in a space of its own; time passes only in `advance`.
 
     Restitution may differ from hit to hit and from wall to wall; what does the rebound is pymunk's solver.
-
-    Attributes:
-        motion: (8,) of the drive; may be set.
     """
 
     def __init__(
@@ -45,7 +42,7 @@ class Disc:
         self._simulation = simulation
         self._radius = robot.radius
         self._drive = drive_law(robot, simulation)
-        self.motion = np.zeros(8)
+        self.motion = np.zeros(8)  # of the drive; may be set
         self._moved, self._touched = True, 0
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP

@@ -32,24 +32,16 @@ at which the wheels roll [m/s, world frame]."""
 
 
 class DriveLaw(NamedTuple):
-    """dv/dt = (u - v) / lag of the wheels' velocity, at most max_acceleration, both of the true mass.
+    """dv/dt = (u - v) / lag of the wheels' velocity, at most max_acceleration, both of the true mass."""
 
-    Attributes:
-        rate: steps a second [Hz].
-        mass, moment: mass and inertia of the body [kg], [kg m^2]; wheel_mass: reflected mass of the wheels [kg].
-        share: share of the difference from the commanded velocity that the motors remove in a step.
-        largest_change, largest_spin_change: largest changes in a step [m/s], [rad/s].
-        traction: largest impulse on the body in a step [N s].
-    """
-
-    rate: float
-    mass: float
-    moment: float
-    wheel_mass: float
-    share: float
-    largest_change: float
-    largest_spin_change: float
-    traction: float
+    rate: float  # steps a second [Hz]
+    mass: float  # of the body [kg]
+    moment: float  # inertia of the body [kg m^2]
+    wheel_mass: float  # reflected mass of the wheels [kg]
+    share: float  # of the difference from the commanded velocity that the motors remove in a step
+    largest_change: float  # in a step [m/s]
+    largest_spin_change: float  # in a step [rad/s]
+    traction: float  # largest impulse on the body in a step [N s]
 
 
 def drive_law(robot: Robot, simulation: Simulation) -> DriveLaw:
@@ -165,11 +157,8 @@ def _is_clear(x: float, y: float, outline: tuple) -> bool:
 def flown(motion: np.ndarray, law_fields: tuple, aim_fields: tuple, outline: tuple, most: int) -> int:
     """Moves on in free flight, by steps as pymunk makes them; returns how many of at most `most` do not end in a touch.
 
-    Args:
-        motion: (8,), changed in place.
-        law_fields, aim_fields: a DriveLaw and an Aim as plain tuples, which cost a tenth to hand over.
-        outline: result of `outline_of`.
-        most: number of steps.
+    The motion (8,) is changed in place. Law and aim are a DriveLaw and an Aim as plain tuples, which cost a tenth to
+    hand over; the outline is a result of `outline_of`.
     """
     law, aim = DriveLaw(*law_fields), Aim(*aim_fields)
     step = 1.0 / law.rate

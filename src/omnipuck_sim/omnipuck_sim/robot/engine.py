@@ -18,13 +18,9 @@ MUJOCO = "mujoco"
 
 
 class Engine(Protocol):
-    """One disc among obstacles, driven by its wheels; time passes only in `advance`.
+    """One disc among obstacles, driven by its wheels; time passes only in `advance`."""
 
-    Attributes:
-        motion: (8,) of the drive; may be set.
-    """
-
-    motion: np.ndarray
+    motion: np.ndarray  # (8,) of the drive; may be set
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
@@ -41,13 +37,8 @@ def make_engine(
 ) -> Engine:
     """The disc of a robot in a world, by the engine that simulator.engine names.
 
-    Args:
-        world, robot, simulation: world and parameters that are simulated.
-        random: draws the spread of each hit and of each wall.
-        movers: (k, 5) the `discs` of `Walks`, which it changes between steps; with any, each step is made on its own.
-
-    Raises:
-        ParameterError: the engine is not installed.
+    `random` draws the spread of each hit and wall; `movers` (k, 5) are the `discs` of `Walks`, which it changes between
+    steps: with any, each step is made on its own. ParameterError: the engine is not installed.
     """
     check_installed(simulation)
     if simulation.engine != MUJOCO:
@@ -59,11 +50,7 @@ def make_engine(
 
 
 def check_installed(simulation: Simulation) -> None:
-    """Refuses an engine that cannot be imported.
-
-    Raises:
-        ParameterError: it cannot; the message says why and what to install.
-    """
+    """Refuses an engine that cannot be imported, by a ParameterError that says why and what to install."""
     if simulation.engine != MUJOCO:
         return
     try:

@@ -88,9 +88,6 @@ class MujocoDisc:
 
     A hit lasts simulator.contact_time. Contact and friction are MuJoCo's; spring and damper are set for each hit, so
     that the restitution may differ from hit to hit and from wall to wall.
-
-    Attributes:
-        motion: (8,) of the drive; may be set.
     """
 
     def __init__(
@@ -107,7 +104,7 @@ class MujocoDisc:
         self._substeps = ceil(step / LONGEST_STEP - 1e-9)
         self._substep = step / self._substeps
         self._drive = drive_law(robot, simulation)
-        self.motion = np.zeros(8)
+        self.motion = np.zeros(8)  # of the drive; may be set
         push(self._drive, self.motion, Aim())  # compiled before time passes
         pieces = list(outlines(world))
         self._movers = movers
@@ -212,11 +209,8 @@ class MujocoDisc:
 def _model(
     pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, step: float, movers: np.ndarray
 ) -> mujoco.MjModel:
-    """Model of the plane: a sphere that slides in it and turns about its normal, the outline of what is solid, movers.
-
-    The geoms of the pieces, then of the movers with the radii (k,) [m], and the pairs of each of them with the ring are
-    numbered in this order. The ring's joints are the last.
-    """
+    """Model of the plane: a sphere that slides and turns in it, what is solid, and movers of radii (k,) [m]."""
+    # geoms of pieces, then of movers, and their pairs with the ring are numbered in this order; its joints are the last
     mass, moment = true_inertia(robot, simulation)
     spec = mujoco.MjSpec()
     option = spec.option

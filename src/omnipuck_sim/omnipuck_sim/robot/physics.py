@@ -25,13 +25,10 @@ MOST_STARTS = 1000
 
 
 class Simulator:
-    """The simulated robot in its world; time passes only in `step`.
+    """The simulated robot in its world, and what walks there; time passes only in `step`.
 
-    Args:
-        world: the solid surroundings, and what walks there; a walled world's bounds are solid too.
-        settings: robot, simulator, limits.command_age and controller.rate are used.
-        seed: seed of every random number; equal seeds give equal runs, bit by bit.
-        start: (2,) [m], by default the world's own; the start noise is added.
+    A walled world's bounds are solid too. Of the settings robot, simulator, limits.command_age and controller.rate are
+    used. Equal seeds give equal runs, bit by bit. The start (2,) [m], by default the world's own, is moved by noise.
 
     Raises:
         WorldError: no start given, or the robot or a mover would stand inside an obstacle or in one another.
@@ -90,8 +87,7 @@ class Simulator:
     def place(self, position: np.ndarray, velocity: np.ndarray | None = None, yaw: float = 0.0) -> None:
         """Puts the robot at a position (2,) [m] with a velocity (2,) [m/s, world frame] and a yaw [rad].
 
-        Raises:
-            WorldError: inside an obstacle.
+        WorldError: inside an obstacle.
         """
         x, y = np.asarray(position, dtype=float).tolist()
         self._check_free((x, y))
@@ -103,10 +99,7 @@ class Simulator:
         """Takes a velocity (2,) [m/s, body frame] and a yaw rate [rad/s] of this age [s], in force from now on.
 
         The body zeroes them once they are older than limits.command_age and one controller period, unless another
-        command comes.
-
-        Raises:
-            ValueError: not finite.
+        command comes. ValueError: not finite.
         """
         x, y = np.asarray(velocity_body, dtype=float).tolist()
         if not (isfinite(x) and isfinite(y) and isfinite(yaw_rate)):

@@ -34,17 +34,11 @@ NO_MOVERS = np.zeros((0, 5))
 
 
 class Touch(NamedTuple):
-    """A touch of robot and mover that has begun.
+    """A touch of robot and mover that has begun."""
 
-    Attributes:
-        time: time of its begin [s].
-        mover: number of its disc among `Walks.discs`.
-        speed: the robot's own speed towards the mover just before, negative away from it [m/s].
-    """
-
-    time: float
-    mover: int
-    speed: float
+    time: float  # of its begin [s]
+    mover: int  # number of its disc among `Walks.discs`
+    speed: float  # the robot's own towards the mover just before, negative away from it [m/s]
 
 
 @dataclass(eq=False)
@@ -61,10 +55,8 @@ class _Walk:
 class Walks:
     """All movers of a world, step by step.
 
-    Attributes:
-        discs: (k, 5) x, y [m], vx, vy [m/s], radius [m] of each disc, two of a person; in a step its place before, its
-            velocity during it.
-        touches: touches so far. May be emptied.
+    `discs` (k, 5) are x, y [m], vx, vy [m/s], radius [m] of each disc, two of a person; in a step its place before, its
+    velocity during it.
     """
 
     def __init__(self, world: World, settings: Settings) -> None:
@@ -79,7 +71,7 @@ class Walks:
             self._walks.append(_Walk(gait, range(len(rows), len(rows) + len(discs))))
             rows += [(*place, 0.0, 0.0, gait.mover.radius) for place in discs]
         self.discs = np.array(rows).reshape(-1, 5)
-        self.touches: list[Touch] = []
+        self.touches: list[Touch] = []  # so far; may be emptied
 
     def begin(self, time: float, motion: Sequence[float]) -> None:
         """Chooses the velocities of the step that begins at `time` [s], in which the robot has this motion (8,)."""
@@ -128,11 +120,7 @@ def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def within_walls(world: World, number: int) -> Mover:
-    """A mover of a world, its way cut off where it comes to an obstacle or wall.
-
-    Raises:
-        WorldError: it has no room at its first way point.
-    """
+    """A mover, its way cut off at an obstacle or wall; WorldError: it has no room at its first way point."""
     mover = world.movers[number]
     free, way = free_space(world, mover.reach), [mover.way[0]]
     if not free.covers(shapely.Point(way[0])):

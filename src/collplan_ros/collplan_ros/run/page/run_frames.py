@@ -83,9 +83,7 @@ class Event(NamedTuple):
 def frames_of(run: RecordedRun) -> list[Frame]:
     """The frames of a run; every pose is in one of them, as `robot` or in `trail`.
 
-    Raises:
-        RunError: the recording cannot be read.
-        SceneError: a number in it cannot be drawn.
+    RunError: the recording cannot be read. SceneError: a number in it cannot be drawn.
     """
     changes, stamps = Changes(), RunStamps(run.log.pace, run.log.begin)
     graph = DrawnGraph(run.settings, changes, run.namespace, stamps)

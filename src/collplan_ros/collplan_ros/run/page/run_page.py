@@ -25,9 +25,7 @@ COARSEST = 4096
 def write_run_page(run: Path | RecordedRun) -> Path:
     """Writes the page of a run, or of the run in a folder, into its folder; returns its path.
 
-    Raises:
-        RunError: the run cannot be read.
-        RecordError: the file cannot be written.
+    RunError: the run cannot be read. RecordError: the file cannot be written.
     """
     shown = read_run(run) if isinstance(run, Path) else run
     path = shown.folder / PAGE
@@ -38,9 +36,7 @@ def write_run_page(run: Path | RecordedRun) -> Path:
 def write_page(path: Path, runs: Sequence[RecordedRun]) -> None:
     """Writes the page of runs, which it plays beside each other on one clock.
 
-    Raises:
-        RunError: a run has no poses, or a number in it cannot be drawn.
-        RecordError: the file cannot be written.
+    RunError: a run has no poses, or a number in it cannot be drawn. RecordError: the file cannot be written.
     """
     for run in runs:
         run.check_poses()
@@ -57,11 +53,7 @@ class Recording(NamedTuple):
 
 
 def write_recordings(path: Path, title: str, recordings: Iterable[Recording]) -> None:
-    """Writes a page with this title that plays recordings.
-
-    Raises:
-        RecordError: the file cannot be written.
-    """
+    """Writes a page with this title that plays recordings; RecordError: the file cannot be written."""
     page = len(one_file(title, []).encode())
     fitting = [fitted(told, frames, largest_file(over) - page, shown) for told, frames, over, shown in recordings]
     with replacing(path) as unfinished:
