@@ -152,7 +152,7 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
             # whom nobody hears does not wait: to leave the graph stops the robot
             assert bringup.listener.at_rest == (deaf < 1000), outcome
             assert (min(played.asked, 2), played.asked < 10) == (asked, True), outcome
-        bringup.graph.recorder.blind = math.pi
+        bringup.recorder.blind = math.pi
         assert "the LIDAR sees 180 of 360 degrees" in bringup.reason("timeout")
         played.teleop.create_publisher(Twist, "/cmd_vel", 1)
         with pytest.raises(GraphError, match="by /far/teleop beside controller_node"):
