@@ -24,12 +24,7 @@ ONLY_GOAL = b"the only goal..."
 
 
 class ClosedLoop:
-    """The two loops as the nodes connect them, for one goal. Each input has its time of receipt [s].
-
-    Attributes:
-        planner, controller: the loops.
-        planning_time: wall time of the planner's newest decisions [s].
-    """
+    """The two loops as the nodes connect them, for one goal. Each input has its time of receipt [s]."""
 
     def __init__(
         self,
@@ -42,7 +37,6 @@ class ClosedLoop:
         """Starts without a goal.
 
         Args:
-            settings: parameters of both.
             heard: told each decision of the planner and its time [s], after the controller has it.
             make_deadline: makes the time limit of a plan.
             known_map: map that the planner is given; None for none.
@@ -52,7 +46,7 @@ class ClosedLoop:
         sensed = SensedScans(settings.limits.pose_history)
         self.planner = PlannerLoop(settings, planner.count_checks(make_deadline), known_map, sensed=sensed)
         self.controller = ControllerLoop(settings, sensed=sensed)
-        self.planning_time = 0.0
+        self.planning_time = 0.0  # wall time of the planner's newest decisions [s]
         self._heard = heard
         self._drive: Drive | None = self.controller.drive.in_use
         self._to_planner, self._to_controller = planner.call, controller.call

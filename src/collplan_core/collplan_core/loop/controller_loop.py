@@ -57,16 +57,7 @@ class FollowedPlan:
 
 
 class ControllerLoop:
-    """Takes poses, scans, goals and plans, each with the local time of receipt [s]; gives a command at each tick.
-
-    Attributes:
-        goal: the present goal of planner and robot; None before the first.
-        refusals: counts of what was refused.
-        motion: monitoring of the robot's motion, compared with its commands.
-        drive: the drive in use, and what was learnt of it.
-        override_trouble: reason why a person who has the robot is not followed, or limited to limits.blind_speed;
-            empty where there is none, or nobody drives by hand.
-    """
+    """Takes poses, scans, goals and plans, each with the local time of receipt [s]; gives a command at each tick."""
 
     def __init__(
         self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "", sensed: SensedScans | None = None
@@ -75,10 +66,11 @@ class ControllerLoop:
 
         `sensed` is that of a planner which is given the same poses and scans; one of its own by default.
         """
-        self.goal: Goal | None = None
-        self.refusals = Refusals()
-        self.motion = MotionWatch()
-        self.drive = DriveWatch(settings)
+        self.goal: Goal | None = None  # the present goal of planner and robot; None before the first
+        self.refusals = Refusals()  # counts of what was refused
+        self.motion = MotionWatch()  # monitoring of the robot's motion, compared with its commands
+        self.drive = DriveWatch(settings)  # the drive in use, and what was learnt of it
+        # why a person who has the robot is not followed, or limited to limits.blind_speed; "" without
         self.override_trouble = ""
         self._settings = self._given = settings
         self._why_forbidden = why_forbidden
@@ -176,12 +168,9 @@ class ControllerLoop:
         self._robot_stands = reason
 
     def take_manual_command(self, velocity: np.ndarray, yaw_rate: float, sent: float, trouble: str) -> None:
-        """Takes a person's command.
+        """Takes a person's command: velocity (2,) [m/s, body frame], yaw rate [rad/s], when sent [s, local clock].
 
-        Args:
-            velocity: (2,) [m/s, body frame]; yaw_rate: [rad/s].
-            sent: time at which the person's node sent it [s, local clock].
-            trouble: reason not to follow it; the robot then stands. Empty without one.
+        `trouble` is the reason not to follow it; the robot then stands. Empty without one.
         """
         self._hand = ManualCommand(velocity, yaw_rate, sent, trouble)
 
@@ -333,10 +322,8 @@ class ControllerLoop:
         return state, state.stamp
 
     def _kept_off(self, command: Command, acts: State | None, local: float) -> Command:
-        """The command after the check against what moves; as it is where poses or scans show nothing by now.
-
-        `acts` is the robot when the command acts, where that is known already.
-        """
+        """The command after the check against what moves; as it is where poses or scans show nothing by now."""
+        # `acts` is the robot when the command acts, where that is known already.
         settings, sensed = self._settings, self._inputs.sensed
         state, now = self._inputs.state, self._inputs.now(local)
         nothing = len(sensed.movers) + len(sensed.unseen.edges) == 0 and settings.limits.emerging_speed == 0.0
@@ -365,12 +352,8 @@ class ControllerLoop:
         return reason
 
     def _why_hold(self, reason: str, forbidden: str, local: float) -> str:
-        """Returns the reason why only a person may let the robot move on; "" where it goes on by itself.
-
-        Args:
-            reason: why it must not move now; `forbidden`: the external part of that reason.
-            local: time now [s].
-        """
+        """Returns why only a person may let the robot move on at `local` [s]; "" where it goes on by itself."""
+        # `reason` is why it must not move now, `forbidden` the external part of that.
         why = self.motion.why_hold(local, self._settings)
         if why:
             return why

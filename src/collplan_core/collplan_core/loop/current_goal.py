@@ -12,15 +12,11 @@ CLOSED_OFF_TIME = 2.0
 
 
 class CurrentGoal:
-    """The newest goal, if any, and the time of its last change. Methods that change it return the goal to publish.
-
-    Attributes:
-        goal: the newest goal; None before the first.
-    """
+    """The newest goal, if any, and the time of its last change. Methods that change it return the goal to publish."""
 
     def __init__(self) -> None:
         """Starts without a goal."""
-        self.goal: Goal | None = None
+        self.goal: Goal | None = None  # the newest; None before the first
         self._since = 0.0
         self._closed_since: float | None = None
 

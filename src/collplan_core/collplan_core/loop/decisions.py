@@ -12,17 +12,12 @@ INFO, WARNING, ERROR = "info", "warning", "error"
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """A planning cycle that ended with a plan.
+    """A planning cycle that ended with a plan."""
 
-    Attributes:
-        plan: the plan chosen, with the time until which it may be followed.
-        local_map: local map that it was made in.
-        boundaries: boundaries that the planner remembers; None where it has no memory of them.
-    """
-
-    plan: Plan
-    local_map: LocalMap
+    plan: Plan  # the plan chosen, with the time until which it may be followed
+    local_map: LocalMap  # local map that it was made in
     boundaries: RememberedBoundaries | None
+    """Boundaries that the planner remembers; None where it has no memory of them."""
 
 
 @dataclass(frozen=True)

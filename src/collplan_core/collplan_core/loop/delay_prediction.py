@@ -27,19 +27,13 @@ KEPT_COMMANDS = 0.5
 
 @dataclass(frozen=True, eq=False)
 class UnderWay:
-    """Motion of the robot until a plan acts, world frame.
+    """Motion of the robot until a plan acts, world frame."""
 
-    Attributes:
-        times: (n,) STEP apart from the stamp of the pose on [s]; positions, velocities: (n, 2) then [m], [m/s].
-        contacts: contacts during it.
-        yaw: yaw of the pose [rad].
-    """
-
-    times: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray
-    contacts: Contacts
-    yaw: float
+    times: np.ndarray  # (n,) STEP apart from the stamp of the pose on [s]
+    positions: np.ndarray  # (n, 2) then [m]
+    velocities: np.ndarray  # (n, 2) then [m/s]
+    contacts: Contacts  # contacts during it
+    yaw: float  # yaw of the pose [rad]
 
     @property
     def end(self) -> State:
@@ -70,9 +64,8 @@ def motion_under_way(
 ) -> UnderWay:
     """The motion from a pose on for a time `ahead` [s], by the velocity law, with rebounds from the boundaries seen.
 
-    Args:
-        commands: (n, 3) when each was sent [s, poses' clock], and its velocity [m/s, world frame]; rest before these.
-        delay: time until each acts [s].
+    Commands (n, 3): when each was sent [s, poses' clock], and its velocity [m/s, world frame]; rest before these. Each
+    acts `delay` [s] later.
     """
     n = round(ahead / STEP)
     times = state.stamp + STEP * np.arange(n + 1)

@@ -28,20 +28,16 @@ monitor of the motion must find them."""
 
 
 class DriveWatch:
-    """Takes poses, impacts and commands; without `robot.learning` it does nothing.
-
-    Attributes:
-        in_use: the drive that planner and controller use; None is that of the parameters.
-        faults: what motion shows of the base, also where nothing is learnt.
-        learnt: the drive learnt up to the newest command; None where nothing is learnt, or not enough to be used.
-    """
+    """Takes poses, impacts and commands; without `robot.learning` it does nothing."""
 
     def __init__(self, settings: Settings) -> None:
         """Begins with the drive that the parameters tell."""
         self._settings, self._learner = settings, _learner(settings)
+        # the drive that planner and controller use; None is that of the parameters
         self.in_use: Drive | None = None if self._learner is None else self._learner.belief
+        # the drive learnt up to the newest command; None where nothing is learnt, or not enough to be used
         self.learnt: LearntDrive | None = None
-        self.faults = BaseFaults(settings.robot)
+        self.faults = BaseFaults(settings.robot)  # what motion shows of the base, also where nothing is learnt
         self._newest = -math.inf
 
     def take_pose(self, state: State, joins: bool, pushed: bool) -> None:
@@ -69,9 +65,7 @@ class DriveWatch:
     def commanded(self, command: Command, now: float | None, kind: str, robot_stands: str) -> bool:
         """Takes a command that is sent now [s, poses' clock]; returns whether another drive is used from now on.
 
-        Args:
-            kind: the newest verdict on the motion.
-            robot_stands: why the robot does not follow commands; "" where it does.
+        `kind` is the newest verdict on the motion, `robot_stands` why the robot does not follow it; "" where it does.
         """
         if now is not None:
             self.faults.take_command(command.velocity, now)

@@ -20,10 +20,8 @@ class ImpactAlarm:
     def raised(self, stamp: float, local: float, pause: float) -> str:
         """Registers an impact; returns the reason why it is refused, or "" where a plan will be made for it.
 
-        Args:
-            stamp: stamp of the impact, on the poses' clock [s].
-            local: time of receipt, on the local clock [s].
-            pause: shortest time between two plans of this kind [s].
+        Its stamp is on the poses' clock [s], its receipt, `local`, on the local one [s]; `pause` is the shortest time
+        between two plans of this kind [s].
         """
         if local - self._last < pause:
             return f"an impact {local - self._last:.3f} s after the last one planned for, expected at least {pause:g} s"
@@ -45,10 +43,7 @@ class ImpactAlarm:
 def why_not_now(stamp: float, now: float | None, limit: float) -> str:
     """Returns the reason why an impact with this stamp [s] is implausible now; "" where it is plausible.
 
-    Args:
-        stamp: stamp of the impact, on the poses' clock [s].
-        now: time on the poses' clock [s]; None before the first pose.
-        limit: largest difference between the two [s].
+    Both are on the poses' clock [s], `now` None before the first pose; they may differ by at most `limit` [s].
     """
     if now is None:
         return "an impact before the first pose"

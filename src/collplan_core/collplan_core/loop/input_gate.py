@@ -13,15 +13,11 @@ from collplan_core.state import State
 
 
 class Refusals:
-    """Refused inputs: counts by kind, and the newest reason.
-
-    Attributes:
-        newest: reason of the newest refusal; empty before the first.
-    """
+    """Refused inputs: counts by kind, and the newest reason."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
-        self.newest = ""
+        self.newest = ""  # reason of the newest refusal; empty before the first
 
     def add(self, kind: str, reason: str) -> None:
         """Counts an input of this kind that was refused for this reason."""
@@ -96,23 +92,18 @@ CATCHES_UP = 0.3
 
 
 class InputGate:
-    """The age of poses and scans since local receipt [s], and counts of refused ones.
-
-    Attributes:
-        sensed: the poses and scans.
-        state: newest pose; None before the first.
-    """
+    """The age of poses and scans since local receipt [s], and counts of refused ones."""
 
     def __init__(self, sensed: SensedScans, refusals: Refusals) -> None:
         """Counts refused inputs in `refusals`."""
-        self.sensed = sensed
+        self.sensed = sensed  # the poses and scans
         self._refusals = refusals
         self._scan_received = -math.inf
         self._refused: dict[str, str] = {}
         self._gate = ScanGate()
         self._clock = PosesClock()
         self._least_delay, self._late, self._pose_at = math.inf, 0.0, 0.0
-        self.state: State | None = None
+        self.state: State | None = None  # newest pose; None before the first
 
     def take_pose(self, state: State, local: float, settings: Settings) -> bool:
         """Adds a pose received at `local` [s, local clock]; returns whether it joins the one before, as the first does.

@@ -38,19 +38,13 @@ NEARBY = 0.5
 
 
 class MotionWatch:
-    """Takes poses, scans and commands, each with the local time [s]; judges the motion each period.
-
-    Attributes:
-        verdict: the newest.
-        pushed: whether something other than the wheels may have moved the robot at the newest pose.
-        brush: a verdict that a contact explains, put off.
-    """
+    """Takes poses, scans and commands, each with the local time [s]; judges the motion each period."""
 
     def __init__(self) -> None:
         """Starts without poses, scans or commands."""
-        self.verdict = MotionVerdict()
-        self.pushed = False
-        self.brush = Brush()
+        self.verdict = MotionVerdict()  # the newest
+        self.pushed = False  # whether something else than the wheels may have moved the robot at the newest pose
+        self.brush = Brush()  # a verdict that a contact explains, put off
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
         self._yaw = math.nan

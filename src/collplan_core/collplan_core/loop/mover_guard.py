@@ -33,12 +33,9 @@ WAITS_WITHIN = 1.0
 def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan | None, settings: Settings) -> Command:
     """The command, shortened so far that the robot can still brake for what moves; with the reason, where it is.
 
-    A person sees the robot: by hand only what is faster than limits.blind_speed is checked.
-
-    Args:
-        state: the robot when the command acts, its stamp the time then.
-        movers: what moves; where nothing does, and nothing may come out, the command is returned as it is.
-        placed: newest scan with its local map; None without one.
+    A person sees the robot: by hand only what is faster than limits.blind_speed is checked. `state` is the robot when
+    the command acts, its stamp the time then. Where nothing moves, and nothing may come out, the command is returned as
+    it is. `placed` is the newest scan with its local map; None without one.
     """
     by_hand, limits = command.maneuver == HAND, settings.limits
     speed = float(np.hypot(*command.velocity))

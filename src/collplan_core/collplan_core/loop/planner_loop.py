@@ -5,10 +5,9 @@ and all scans so far, as the planner requires; with some planners also at once a
 old one. A goal ends when it is reached, canceled, where the robot cannot stand within its tolerance by the scan, not
 reached within planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen; when the robot
 leaves the fence; when it was stuck too often; when a planner without memory came no nearer to it for long; and when the
-robot has stayed about one place for long, before a mover or a way that closed there. A robot
-that is commanded and does not move backs out along the way it came. The place then counts as an obstacle, until that
-leaves no way. When the poses jump, stop or start over, memory is dropped and the goal gets a new stamp, which
-invalidates every earlier plan.
+robot has stayed about one place for long, before a mover or a way that closed there. A robot that is commanded and does
+not move backs out along the way it came. The place then counts as an obstacle, until that leaves no way. When the poses
+jump, stop or start over, memory is dropped and the goal gets a new stamp, which invalidates every earlier plan.
 """
 
 import math
@@ -46,15 +45,7 @@ ALARM_PERIODS = 2.0
 
 
 class PlannerLoop:
-    """Takes poses, scans, impacts and goals, each with the local time of receipt [s], and returns its decisions.
-
-    Attributes:
-        goal: the newest goal and its status.
-        refusals: counts of what was refused.
-        trouble: reason why there is no plan or the goal has ended; empty while plans are made.
-        n_plans, n_impacts: number of plans made, and of impacts received.
-        n_hard_plans: plans that foresaw a contact faster than limits.impact_speed.
-    """
+    """Takes poses, scans, impacts and goals, each with the local time of receipt [s], and returns its decisions."""
 
     def __init__(
         self,
@@ -67,15 +58,15 @@ class PlannerLoop:
         """Starts without a goal.
 
         Args:
-            settings: everything that planning needs.
             make_deadline: gives the deadline of a cycle at its start.
             known_map: initial memory of each goal.
             why_forbidden: returns an external reason to make no plan, in each cycle; empty where there is none.
             sensed: record of a controller that takes the same poses and scans; one of its own by default.
         """
-        self.goal = CurrentGoal()
-        self.refusals = Refusals()
-        self.trouble = ""
+        self.goal = CurrentGoal()  # the newest goal and its status
+        self.refusals = Refusals()  # counts of what was refused
+        self.trouble = ""  # reason why there is no plan or the goal has ended; empty while plans are made
+        # plans made, impacts received, and plans that foresaw a contact faster than limits.impact_speed
         self.n_plans = self.n_impacts = self.n_hard_plans = 0
         self._settings = self._given = settings
         self._planned_speed = settings.robot.max_speed
@@ -369,10 +360,8 @@ class PlannerLoop:
         self._decide_on(plan if before is None else before.before(plan), valid_until, shown)
 
     def _among_movers(self, settings: Settings) -> Settings:
-        """The settings, among movers with the speed that the controller keeps to where nothing vouches for the scans.
-
-        A plan that passes ahead of a person at v_max is late at limits.unvouched_speed, and stops in the person's way.
-        """
+        """The settings; among movers, with the speed that the controller keeps to where nothing vouches for scans."""
+        # A plan that passes ahead of a person at v_max is late at limits.unvouched_speed, and stops in their way.
         sensed, fastest = self._inputs.sensed, settings.robot.max_speed
         most = fastest if sensed.vouched or len(sensed.movers) == 0 else min(settings.limits.unvouched_speed, fastest)
         if most != self._planned_speed:

@@ -17,14 +17,7 @@ BESIDE = 1.5
 
 
 class Progress:
-    """The least distance to a goal, the way since then, and the place about which the robot stays.
-
-    Attributes:
-        nearest: least distance to the goal [m]; infinite before the first pose.
-        way: way driven since the robot was that near [m].
-        closed: why there was no way to the goal while it stayed; "" where there always was one.
-        mover: where a mover was last beside it meanwhile, in words; "" without one.
-    """
+    """The least distance to a goal, the way since then, and the place about which the robot stays."""
 
     def __init__(self) -> None:
         """Starts without a place."""
@@ -32,13 +25,14 @@ class Progress:
 
     def begin_goal(self) -> None:
         """Starts anew, for another goal or after a break in the poses."""
-        self.nearest, self.way = math.inf, 0.0
+        self.nearest, self.way = math.inf, 0.0  # least distance to the goal, way driven since then [m]
         self._place: list[float] | None = None
         self._commanded = -math.inf
         self.leave()
 
     def leave(self) -> None:
         """Counts no time up to now: a person drove or held the robot, or nothing could be planned."""
+        # why there was no way to the goal while it stayed, and where a mover was last beside it; "" without
         self.closed = self.mover = ""
         self._about: tuple[np.ndarray, float] | None = None
 
@@ -63,10 +57,7 @@ class Progress:
     def why_no_further(self, position: np.ndarray, fastest: float, local: float) -> str:
         """Returns why a robot stays about its position (2,) [m] at `local` [s, local clock]; "" where it does not.
 
-        A robot that nothing is in the way of may stay, as one that plans nothing may.
-
-        Args:
-            fastest: its largest speed [m/s].
+        One that nothing is in the way of may stay, as one that plans nothing may. `fastest` is its top speed [m/s].
         """
         if self._about is None or math.dist(position, self._about[0]) > ABOUT:
             self.leave()

@@ -29,12 +29,7 @@ LONGEST_TRAIL = 200
 
 
 class Recovery:
-    """The trail of the robot, whether it is stuck, and its tries and bumped obstacles since the goal was accepted.
-
-    Attributes:
-        tries: number of times that it was stuck.
-        felt: (n, 2) centres of bumped obstacles, discs of the robot's radius, world frame [m].
-    """
+    """The trail of the robot, whether it is stuck, and its tries and bumped obstacles since the goal was accepted."""
 
     def __init__(self) -> None:
         """Starts without a trail."""
@@ -44,7 +39,7 @@ class Recovery:
 
     def begin_goal(self) -> None:
         """Counts anew. Recent motion is kept: goals in quick succession would otherwise hide a stuck robot."""
-        self.tries = 0
+        self.tries = 0  # number of times that it was stuck
         self.forget_felt()
         self.repeat_goal()
 
@@ -66,7 +61,7 @@ class Recovery:
 
     def forget_felt(self) -> None:
         """Drops bumped obstacles: only seen ones count."""
-        self.felt = np.zeros((0, 2))
+        self.felt = np.zeros((0, 2))  # (n, 2) centres of bumped obstacles, discs of the robot's radius, world frame [m]
 
     def _forget_motion(self) -> None:
         self._poses = self._commands = np.zeros((0, 3))

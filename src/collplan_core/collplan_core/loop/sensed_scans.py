@@ -44,18 +44,14 @@ class SensedScans:
     """The recent poses and scans. A pose that does not join the one before clears both.
 
     A scan is used once the poses of all its beams are known, and then only if it is plausible after those before it,
-    also across a gap or jump of the poses: a kidnapped robot finds the walls where they were. The newest pose
-    or scan given again at the same time, by another loop, changes nothing and returns the same.
-
-    Attributes:
-        movers: what moves, by the scans so far.
-        unseen: what the newest of them has out of view, and none before had in view.
+    also across a gap or jump of the poses: a kidnapped robot finds the walls where they were. The newest pose or scan
+    given again at the same time, by another loop, changes nothing and returns the same.
     """
 
     def __init__(self, span: float) -> None:
         """Keeps poses and scans for `span` [s] by their stamps."""
-        self.movers: Movers = NO_MOVERS
-        self.unseen: Unseen = ALL_SEEN
+        self.movers: Movers = NO_MOVERS  # what moves, by the scans so far
+        self.unseen: Unseen = ALL_SEEN  # what the newest of them has out of view, and none before had in view
         self._coverage: Coverage | None = None
         self._span = span
         self._poses = PoseHistory(span)
@@ -69,10 +65,9 @@ class SensedScans:
         self._judged: Judged = []
 
     def take_pose(self, state: State, local: float, settings: Settings) -> tuple[bool, Judged]:
-        """Adds a pose received at `local` [s, local clock].
+        """Adds a pose received at `local` [s, local clock]; returns whether it joins the one before, and judged scans.
 
-        Returns:
-            whether it joins the one before, as the first does, and the scans that can be judged by now.
+        The first pose joins. The scans are those that can be judged by now.
         """
         if not self._is_given(state, local):
             before, margin = self._state, settings.mocap.leap_margin

@@ -36,27 +36,18 @@ BLOCK = 6
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """What the scans so far saw, world frame.
+    """What the scans so far saw, world frame."""
 
-    Attributes:
-        cells: (2 HALF + 1, 2 HALF + 1) uint8, UNKNOWN, SOLID or FREE.
-        first: (2,) int, cell [0, 0]: its middle is at first * CELL [m].
-        last: (2,) where the robot was when a scan was added [m].
-    """
-
-    cells: np.ndarray
-    first: np.ndarray
-    last: np.ndarray
+    cells: np.ndarray  # (2 HALF + 1, 2 HALF + 1) uint8, UNKNOWN, SOLID or FREE
+    first: np.ndarray  # (2,) int, cell [0, 0]: its middle is at first * CELL [m]
+    last: np.ndarray  # (2,) where the robot was when a scan was added [m]
 
 
 def with_view(before: Coverage | None, seen: SeenSurfaces, state: State, radius: float) -> tuple[Coverage, Unseen]:
-    """What the scans so far saw, with one more, and what it leaves unseen.
+    """What the scans so far saw, with one more that is taken at `state`, and what it leaves unseen.
 
-    Args:
-        before: after the scan before; None at the first.
-        seen: surfaces in the scan, those of movers included: they hide what is behind them, as walls do.
-        state: the robot at its stamp.
-        radius: radius of the robot, which stands on what is free [m].
+    `before` is after the scan before, None at the first. Surfaces in the scan include those of movers: they hide what
+    is behind them, as walls do. The robot stands on what is free, a disc of `radius` [m].
     """
     measured = seen.kind != UNSEEN
     enough = before if before is not None and math.dist(state.position, before.last) < 2.0 * CELL else None
@@ -83,16 +74,10 @@ def with_view(before: Coverage | None, seen: SeenSurfaces, state: State, radius:
 
 @njit
 def gaps_between(measured: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """First and last beam of each pair of neighbours that measured anything, and of those with something between.
+    """First and last beam (m, 2) of each two neighbours that measured anything, and (g, 2) of those with some between.
 
-    The last pair goes on over a full turn to the first beam.
-
-    Args:
-        measured: (n,) whether each beam did; one at least.
-        step: angle from beam to beam [rad].
-
-    Returns:
-        (m, 2) and (g, 2) numbers of beams.
+    The last pair goes on over a full turn to the first beam. `measured` (n,) is whether each beam did, one at least;
+    `step` is the angle from beam to beam [rad].
     """
     beams = np.flatnonzero(measured).astype(np.float64)
     gaps = np.column_stack((beams, np.append(beams[1:], beams[0] + math.tau / step)))

@@ -36,21 +36,13 @@ a slower command needs [m]."""
 
 
 class Body(NamedTuple):
-    """The robot as the rule takes it.
+    """The robot as the rule takes it."""
 
-    Attributes:
-        radius: [m].
-        drives: law by which it gains speed.
-        brakes: law by which it loses it.
-        ring: what a wall leaves of the velocity.
-        held: steps for which a command is in force.
-    """
-
-    radius: float
-    drives: VelocityLaw
-    brakes: VelocityLaw
-    ring: Ring
-    held: int
+    radius: float  # [m]
+    drives: VelocityLaw  # law by which it gains speed
+    brakes: VelocityLaw  # law by which it loses it
+    ring: Ring  # what a wall leaves of the velocity
+    held: int  # steps for which a command is in force
 
 
 def body_of(settings: Settings) -> Body:
@@ -66,14 +58,13 @@ def largest_share(
 ) -> tuple[float, int]:
     """The largest share of a command that may be sent, and the row of what forbids more of it; 1 and -1 without any.
 
-    What the robot moves away from, and is commanded to, does not count: it may be slow to leave, but is never held.
-    All of it, if it touches nothing in motion, or if it leads away from what it touches and braking would do no better;
+    What the robot moves away from, and is commanded to, does not count: it may be slow to leave, but is never held. All
+    of it, if it touches nothing in motion, or if it leads away from what it touches and braking would do no better;
     else a smaller share that does so with IN_HAND, found by halving; else `least`.
 
     Args:
         reached: (k, 10) what may be touched, at the time of the motion; columns as named above.
         walls: (w, 4) what the robot rebounds from [m].
-        body: the robot.
         motion: (4,) x, y [m], vx, vy [m/s] when the command acts.
         command: (2,) [m/s], in the frame of the motion.
         least: share that is always allowed; 0 is braking.
@@ -104,11 +95,9 @@ def largest_share(
 
 @njit
 def _may_be_sent(rows: np.ndarray, towards: np.ndarray, found: np.ndarray, braked: np.ndarray, still: float) -> bool:
-    """Returns whether a command touches nothing in motion, or where it does leads away and is no worse than braking.
-
-    A dodge ahead of a mover is no worse than braking either, and does not lead away. Speeds up to `still` are none
-    [m/s]: a slower command that was allowed them would creep up to the touch.
-    """
+    """Whether a command touches nothing in motion, or where it does leads away and is no worse than braking."""
+    # A dodge ahead of a mover is no worse than braking either, and does not lead away. Speeds up to `still` are none
+    # [m/s]: a slower command that was allowed them would creep up to the touch.
     return not ((found > np.maximum(rows[:, ALLOWED], still)) & (towards | (found > braked + 1e-9))).any()
 
 
@@ -156,14 +145,8 @@ def own_speeds(
     """(k,) the robot's largest own speed towards each row where they can touch, under a command and braking [m/s].
 
     Speeds below what is allowed towards all are not followed to their end: braking approaches rest without reaching it.
-
-    Args:
-        reached: (k, 10) as for `largest_share`.
-        walls: (w, 4) [m].
-        body: the robot.
-        motion: (4,) x, y [m], vx, vy [m/s].
-        command: (2,) [m/s].
-        more: distance more that counts as a touch, at most the column MORE [m].
+    The first five arguments are as for `largest_share`; `more` is the distance more that counts as a touch, at most the
+    column MORE [m].
     """
     x, y, vx, vy = motion
     found, met = np.zeros(len(reached)), np.full(len(reached), math.inf)
@@ -200,10 +183,8 @@ def _rebounded(walls: np.ndarray, body: Body, x: float, y: float, vx: float, vy:
 def _towards(
     row: np.ndarray, t: float, met: float, motion: tuple[float, float, float, float], radius: float, more: float
 ) -> tuple[float, bool]:
-    """Own speed towards what can be touched at time t, 0 elsewhere [m/s]; whether it touches on its predicted way.
-
-    What has met the robot, at the time `met`, goes no farther: it does not come out in front of a robot that it pushes.
-    """
+    """Own speed towards what can be touched at time t, 0 elsewhere [m/s]; whether it touches on its predicted way."""
+    # What has met the robot, at the time `met`, goes no farther: it does not come out in front of one that it pushes.
     x, y, vx, vy = motion
     s = min(t, met)
     ax, ay = row[X0] + s * row[VX] - x, row[Y0] + s * row[VY] - y

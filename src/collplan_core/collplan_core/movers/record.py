@@ -9,25 +9,16 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Movers:
-    """Discs that move, as the scans up to `stamp` show them, world frame; a person is the discs of two legs.
+    """Discs that move, as the scans up to `stamp` show them, world frame; a person is the discs of two legs."""
 
-    Attributes:
-        stamp: stamp of the newest of these scans [s].
-        numbers: (k,) number of the mover that each is a part of, the same in every scan; the legs of a person have one.
-        positions: (k, 2) of their centres at the stamp [m].
-        velocities: (k, 2) [m/s].
-        radii: (k,) [m].
-        growths: (k,) how fast each may leave its predicted way [m/s].
-        seen: (k,) stamp of the last scan that shows it [s].
-    """
-
-    stamp: float
+    stamp: float  # stamp of the newest of these scans [s]
     numbers: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray
-    radii: np.ndarray
-    growths: np.ndarray
-    seen: np.ndarray
+    """(k,) number of the mover that each is a part of, the same in every scan; the legs of a person have one."""
+    positions: np.ndarray  # (k, 2) of their centres at the stamp [m]
+    velocities: np.ndarray  # (k, 2) [m/s]
+    radii: np.ndarray  # (k,) [m]
+    growths: np.ndarray  # (k,) how fast each may leave its predicted way [m/s]
+    seen: np.ndarray  # (k,) stamp of the last scan that shows it [s]
 
     def __len__(self) -> int:
         """Number of discs."""
@@ -67,19 +58,13 @@ NEW, STANDS, MOVES = 0, 1, 2
 
 @dataclass(frozen=True, eq=False)
 class SortedReturns:
-    """The returns of a scan by kind, and what moves.
-
-    Attributes:
-        kinds: (n,) of the n beams in the order of the scan's surfaces, NEW without a hit; (0,) where all stand.
-        movers: what moves.
-        swept: (m, 3) discs x, y, radius [m] that these movers have just been in.
-        trails: (h, 3) discs along the ways on which they came [m].
-    """
+    """The returns of a scan by kind, and what moves."""
 
     kinds: np.ndarray
-    movers: Movers
-    swept: np.ndarray
-    trails: np.ndarray
+    """(n,) of the n beams in the order of the scan's surfaces, NEW without a hit; (0,) where all stand."""
+    movers: Movers  # what moves
+    swept: np.ndarray  # (m, 3) discs x, y, radius [m] that these movers have just been in
+    trails: np.ndarray  # (h, 3) discs along the ways on which they came [m]
 
 
 NO_MOVERS = Movers(-np.inf, np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
@@ -89,21 +74,16 @@ ALL_STANDS = SortedReturns(np.zeros(0, int), NO_MOVERS, np.zeros((0, 3)), np.zer
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Places around the robot that the newest scan has out of view, and no earlier one saw.
+    """Places around the robot that the newest scan has out of view, and no earlier one saw."""
 
-    Attributes:
-        stamp: stamp of that scan [s].
-        places: (k, 2) middles of these cells, within coverage.REACH [m].
-        edges: (e, 2) those of them that lie beside a place seen to be free [m].
-        blind: angle that the scan leaves out, all gaps wide enough together [rad].
-        faces: direction opposite to the middle of the widest gap, seen from the robot [rad]; NaN without a gap.
-    """
-
-    stamp: float = -math.inf
+    stamp: float = -math.inf  # stamp of that scan [s]
     places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    """(k, 2) middles of these cells, within coverage.REACH [m]."""
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    blind: float = 0.0
+    """(e, 2) those of them that lie beside a place seen to be free [m]."""
+    blind: float = 0.0  # angle that the scan leaves out, all gaps wide enough together [rad]
     faces: float = math.nan
+    """Direction opposite to the middle of the widest gap, seen from the robot [rad]; NaN without a gap."""
 
 
 ALL_SEEN = Unseen()

@@ -38,37 +38,23 @@ CONFIRMED = 2
 
 
 class Cluster(NamedTuple):
-    """Returns of one scan that belong together, as the disc that they show the front of.
+    """Returns of one scan that belong together, as the disc that they show the front of."""
 
-    Attributes:
-        center: (2,) [m]; radius: [m].
-        moves: whether some of them lie where free space was seen; else they are only where a mover is expected.
-    """
-
-    center: np.ndarray
-    radius: float
-    moves: bool
+    center: np.ndarray  # (2,) [m]
+    radius: float  # [m]
+    moves: bool  # whether some of them lie where free space was seen; else they are only where a mover is expected
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """The newest sights of one mover.
+    """The newest sights of one mover."""
 
-    Attributes:
-        number: its number.
-        sights: number of scans that showed it.
-        first: (2,) its first centre [m].
-        newest: (m, 4) stamp [s], centre and radius [m] of the newest of these.
-        trail: (h, 3) stamp [s] and centre [m] of sights about TRAIL_STEP apart in the last TRAIL_TIME.
-        stopped: since when it is remembered where it stopped, unseen [s]; inf while it is seen.
-    """
-
-    number: int
-    sights: int
-    first: np.ndarray
-    newest: np.ndarray
-    trail: np.ndarray
-    stopped: float = math.inf
+    number: int  # its number
+    sights: int  # number of scans that showed it
+    first: np.ndarray  # (2,) its first centre [m]
+    newest: np.ndarray  # (m, 4) stamp [s], centre and radius [m] of the newest of these
+    trail: np.ndarray  # (h, 3) stamp [s] and centre [m] of sights about TRAIL_STEP apart in the last TRAIL_TIME
+    stopped: float = math.inf  # since when it is remembered where it stopped, unseen [s]; inf while it is seen
 
     def seen_again(self, time: float, cluster: Cluster) -> "Track":
         """The track with one more sight, in place of those that are not older: a scan may come again for one pose."""
@@ -152,14 +138,10 @@ def _with_place(trail: np.ndarray, time: float, center: np.ndarray) -> np.ndarra
 def with_clusters(
     tracks: tuple[Track, ...], number: int, time: float, clusters: list[Cluster]
 ) -> tuple[tuple[Track, ...], int, set[int]]:
-    """The tracks after the clusters of a scan: each continues the nearest track, and one that moves may begin its own.
+    """The tracks after the clusters of a scan, the number of the next track, and which of the clusters are of a track.
 
-    Args:
-        number: number of the next new track.
-        time: stamp of the scan [s].
-
-    Returns:
-        the tracks, the next number, and which of the clusters are of a track.
+    Each cluster continues the nearest track, and one that moves may begin its own, the first with `number`. The scan is
+    of `time` [s].
     """
     places = [track.motion_at(time)[0] for track in tracks]
     pairs = sorted(

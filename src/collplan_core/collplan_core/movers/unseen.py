@@ -21,11 +21,8 @@ def unseen_edges(
     """(m, 4) segments x0, y0, x1, y1 between what was seen to be free and what was not [m].
 
     They join the ends of neighbouring beams, unless these met one wall. Beams that measured nothing are left out where
-    few; more of them are a sector that begins at the sensor. A beam that met nothing ends at the farthest range.
-
-    Args:
-        view, view_from, view_beams, walls: of the local map.
-        farthest: largest range of the sensor [m].
+    few; more of them are a sector that begins at the sensor. A beam that met nothing ends at the sensor's largest
+    range, `farthest` [m]. The other arguments are fields of the local map.
     """
     n, step = len(view), view_from[3]
     ends, edges, m = np.empty((n, 4)), np.empty((2 * n, 4)), 0

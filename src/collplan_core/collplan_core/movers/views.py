@@ -27,34 +27,23 @@ class View(NamedTuple):
 
     A beam that measured nothing vouches for nothing: the polygon then runs through the sensor. One among many that met
     nothing within range ends there.
-
-    Attributes:
-        stamp: stamp of the scan [s].
-        hits: (n, 2) ends of the beams [m], the sensor's place where one vouches for nothing.
-        vouches: (n,) whether a beam was free up to its end; is_hit: (n,) whether it met something there.
-        stands: (n,) whether the edge from hit i to the next one lies on a surface that is no mover's.
-        beams: (n, 3) x, y [m] and turn beyond `first` [rad] of the sensor at each beam.
-        first: bearing of the first beam; step: angle from beam to beam [rad].
-        closed: whether the first beam follows the last one; not of a sweep, as the sensor has moved on.
-        noise: standard deviation of a range [m].
-        directions: (n, 2) of the beams, or (0, 2), of `directions_of`.
-        edges: (n, 9) of the edge from hit i to the next one, the sensor's place after the last where it does not close:
-            x, y of both ends, x, y of the sensor at beam i, distance of the farther end from there, and at least and
-            at most its distance from the sensor at the first beam [m].
     """
 
-    stamp: float
-    hits: np.ndarray
-    vouches: np.ndarray
-    is_hit: np.ndarray
-    stands: np.ndarray
-    beams: np.ndarray
-    first: float
-    step: float
-    closed: bool
-    noise: float
-    directions: np.ndarray
+    stamp: float  # stamp of the scan [s]
+    hits: np.ndarray  # (n, 2) ends of the beams [m], the sensor's place where one vouches for nothing
+    vouches: np.ndarray  # (n,) whether a beam was free up to its end
+    is_hit: np.ndarray  # (n,) whether it met something there
+    stands: np.ndarray  # (n,) whether the edge from hit i to the next one lies on a surface that is no mover's
+    beams: np.ndarray  # (n, 3) x, y [m] and turn beyond `first` [rad] of the sensor at each beam
+    first: float  # bearing of the first beam [rad]
+    step: float  # angle from beam to beam [rad]
+    closed: bool  # whether the first beam follows the last one; not of a sweep, as the sensor has moved on
+    noise: float  # standard deviation of a range [m]
+    directions: np.ndarray  # (n, 2) of the beams, or (0, 2), of `directions_of`
     edges: np.ndarray
+    """(n, 9) of the edge from hit i to the next one, the sensor's place after the last where it does not close: x, y of
+    both ends, x, y of the sensor at beam i, distance of the farther end from there, and at least and at most its
+    distance from the sensor at the first beam [m]."""
 
 
 def view_of(scan: Scan, noise: float, seen: SeenSurfaces, position: np.ndarray) -> View:
@@ -146,11 +135,9 @@ def _beam_before(beams: np.ndarray, first: float, step: float, closed: bool, x: 
 
 @njit
 def _is_inside(edges: np.ndarray, step: float, closed: bool, place: int, x: float, y: float, margin: float) -> bool:
-    """Returns whether a point between a beam and the next lies in the polygon, farther than a margin from its edges.
-
-    The depth counts from every edge: what comes into view behind a tip lies outside of the polygon, and what is near
-    the edge of its shadow is within the margin.
-    """
+    """Whether a point between a beam and the next lies in the polygon, farther than a margin from its edges."""
+    # The depth counts from every edge: what comes into view behind a tip lies outside of the polygon, and what is near
+    # the edge of its shadow is within the margin.
     n, away = len(edges), math.hypot(x - edges[place, 4], y - edges[place, 5])
     ax, ay, bx, by = edges[place, 0], edges[place, 1], edges[place, 2], edges[place, 3]
     if edges[place, 6] - away < margin or (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0:
@@ -204,7 +191,6 @@ def look_at_each(
     """Looks at the returns of a later scan, and notes in `moved` and `stands` what is found.
 
     One that stands by one view is not asked about again, whatever others show: views that tell what stands come first.
-
     The margin grows by the noise of ranges, and by the spacing of this view's beams at the point: a tip that stands
     hides between two of them.
 

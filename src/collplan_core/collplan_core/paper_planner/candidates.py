@@ -10,13 +10,10 @@ from collplan_core.velocity_bounds import VelocityBounds, fastest_along
 
 @njit
 def long_enough(segments: np.ndarray, number: np.ndarray, shortest: float) -> np.ndarray:
-    """(m,) which segments are of frontiers at least so long [m]; all of them where none is.
+    """(m,) which segments (m, 4) are of frontiers at least so long [m]; all of them where none is.
 
     Between two touching round obstacles a notch of a few centimetres is seen as a frontier; to aim at it is to creep.
-
-    Args:
-        segments: (m, 4) straight frontier segments [m].
-        number: (m,) frontier of each.
+    The segments are straight [m]; `number` (m,) is the frontier of each.
     """
     length = np.zeros(number[-1] + 1 if len(number) else 0)
     for k in range(len(segments)):
@@ -31,16 +28,9 @@ def long_enough(segments: np.ndarray, number: np.ndarray, shortest: float) -> np
 def sample_positions(segments: np.ndarray, number: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """S: floor(length(B_i) / dl) positions on each frontier B_i (printed for N_v), at least one.
 
-    They lie at the centres of equal cells, never at a frontier's ends, where the distance to a predicted boundary is 0
-    by construction.
-
-    Args:
-        segments: (m, 4) straight frontier segments, those of one frontier in sequence [m].
-        number: (m,) frontier of each segment.
-        spacing: dl [m].
-
-    Returns:
-        positions (p, 2) [m] and the segment each lies on (p,).
+    Returns positions (p, 2) [m] and the segment each lies on (p,). They lie at the centres of equal cells, never at a
+    frontier's ends, where the distance to a predicted boundary is 0 by construction. The segments (m, 4) are straight,
+    those of one frontier in sequence [m]; `number` (m,) is the frontier of each; `spacing` is dl [m].
     """
     m = len(segments)
     length = np.empty(m)
@@ -91,16 +81,11 @@ SPEED_COUNTS = {"fixed": fixed_speed_counts, "printed": printed_speed_counts}
 def product(
     directions: np.ndarray, segment_of: np.ndarray, n_speeds: np.ndarray, bounds: VelocityBounds
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The candidates themselves: each position at rest once, then every kept direction at every speed.
+    """The candidates: each position at rest once, then every kept direction at every speed.
 
-    Args:
-        directions: (m, N_l) which directions theta are kept on each frontier segment.
-        segment_of: (p,) segment of each position.
-        n_speeds: (p,) N_v of each position.
-        bounds: v_max by direction.
-
-    Returns:
-        the position of each candidate (c,) and its velocity (c, 2) [m/s].
+    Returns the index of each one's position (c,) and its velocity (c, 2) [m/s]. `directions` (m, N_l) says which theta
+    are kept on each frontier segment, `segment_of` (p,) is the segment and `n_speeds` (p,) the N_v of each position;
+    `bounds` are v_max by direction.
     """
     n_directions = directions.shape[1]
     size = 0

@@ -34,17 +34,11 @@ BLOCKED = 1e6
 
 @dataclass(frozen=True, eq=False)
 class PaperMemory:
-    """Memory that one planning cycle leaves to the next, world frame.
+    """Memory that one planning cycle leaves to the next, world frame."""
 
-    Attributes:
-        previous: (2,) p_pre, where the previous plan was made [m].
-        aim: (2,) p_s of the previous plan [m]; NaN where that aimed at the goal, or before the first plan.
-        travelled: length of the way from p_ini to p_pre [m].
-    """
-
-    previous: np.ndarray
-    aim: np.ndarray
-    travelled: float
+    previous: np.ndarray  # (2,) p_pre, where the previous plan was made [m]
+    aim: np.ndarray  # (2,) p_s of the previous plan [m]; NaN where that aimed at the goal, or before the first plan
+    travelled: float  # length of the way from p_ini to p_pre [m]
 
 
 class _Choice(NamedTuple):
@@ -67,11 +61,9 @@ def plan_cycle(
 ) -> tuple[Plan, PaperMemory]:
     """One cycle of the paper's planner: from a local map to a timed reference. Paper: II and III-A.
 
-    Args:
-        memory: memory of the previous cycle, None at the start and after a new goal.
-        state: initial state of the plan: at the scan's stamp, or later.
-        goal: (2,) p_goal [m].
-        deadline: not needed: a cycle takes less than a millisecond.
+    `memory` is that of the previous cycle, None at the start and after a new goal. The plan begins at `state`: at the
+    scan's stamp, or later. The goal (2,) is p_goal [m]. The deadline is not needed: a cycle takes less than a
+    millisecond.
 
     Raises:
         NoPlan: the goal is not in F and F has no frontier.

@@ -41,19 +41,11 @@ def is_represented_by(
 def prune_positions(
     border: np.ndarray, positions: np.ndarray, frontier_of: np.ndarray, goal: np.ndarray, distance: float
 ) -> np.ndarray:
-    """Position-based pruning: a frontier is dropped where a nearby one that is nearer to the goal stands for it.
+    """(p,) which positions stay: a frontier is dropped where one near it and nearer to the goal stands for it.
 
-    A dropped frontier drops no other, so the one nearest to the goal always stays. Points relative to the centre of F.
-
-    Args:
-        border: (n, 2) border points of F [m].
-        positions: (p, 2) sampled positions [m].
-        frontier_of: (p,) frontier of each, rising from 0.
-        goal: (2,) p_goal [m].
-        distance: d_prune [m].
-
-    Returns:
-        (p,) which positions stay.
+    Position-based pruning. A dropped frontier drops no other, so the one nearest to the goal always stays. Border
+    points (n, 2) of F, sampled positions (p, 2) and the goal (2,), p_goal, are relative to the centre of F [m];
+    `frontier_of` (p,) is the frontier of each position, rising from 0; `distance` is d_prune [m].
     """
     n = frontier_of[-1] + 1 if len(frontier_of) else 0
     nearest = np.full(n, math.inf)
@@ -80,12 +72,10 @@ def prune_positions(
 
 @njit
 def prune_directions(segments: np.ndarray, n_directions: int) -> np.ndarray:
-    """Velocity-direction-based pruning: on each frontier segment only directions that lead into unseen space stay.
+    """(m, n_directions) which directions stay: on each frontier segment only those that lead into unseen space.
 
-    F lies on the left of a segment (m, 4), unseen space on its right. Where no direction is left, all stay.
-
-    Returns:
-        (m, n_directions) which directions stay.
+    Velocity-direction-based pruning. F lies on the left of a segment (m, 4), unseen space on its right. Where no
+    direction is left, all stay.
     """
     kept = np.zeros((len(segments), n_directions), np.bool_)
     for k in range(len(segments)):

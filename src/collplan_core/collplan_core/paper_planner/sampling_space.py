@@ -18,22 +18,14 @@ PRUNE_DISTANCE = 0.35
 
 
 class SamplingSpace(NamedTuple):
-    """C after pruning, relative to the centre of F.
+    """C after pruning, relative to the centre of F."""
 
-    Attributes:
-        positions: (p, 2) the positions S [m].
-        open_side: (p, 2) whether F is seen to be open clockwise, counter-clockwise of each one's frontier.
-        position_of: (c,) the position of each candidate.
-        points, velocities: (c, 2) p_s [m] and v_s [m/s] of each candidate.
-        n_before_pruning: size of C before pruning.
-    """
-
-    positions: np.ndarray
-    open_side: np.ndarray
-    position_of: np.ndarray
-    points: np.ndarray
-    velocities: np.ndarray
-    n_before_pruning: int
+    positions: np.ndarray  # (p, 2) the positions S [m]
+    open_side: np.ndarray  # (p, 2) whether F is seen to be open clockwise, counter-clockwise of each one's frontier
+    position_of: np.ndarray  # (c,) the position of each candidate
+    points: np.ndarray  # (c, 2) p_s of each candidate [m]
+    velocities: np.ndarray  # (c, 2) v_s of each candidate [m/s]
+    n_before_pruning: int  # size of C before pruning
 
 
 def all_frontiers(local_map: LocalMap) -> np.ndarray:
@@ -51,16 +43,13 @@ FRONTIERS = {"all": all_frontiers, "printed": shadow_edges}
 
 
 class _Samples(NamedTuple):
-    """S: the frontier segments (m, 4) and their open sides (m, 2), the positions (p, 2), segment and frontier of each.
+    """S and the frontiers, numbered from 0, relative to the centre of F."""
 
-    Relative to the centre of F; frontiers are numbered from 0.
-    """
-
-    segments: np.ndarray
-    open_side: np.ndarray
-    positions: np.ndarray
-    segment_of: np.ndarray
-    frontier_of: np.ndarray
+    segments: np.ndarray  # (m, 4) the frontier segments [m]
+    open_side: np.ndarray  # (m, 2) their open sides
+    positions: np.ndarray  # (p, 2) [m]
+    segment_of: np.ndarray  # (p,) segment of each position
+    frontier_of: np.ndarray  # (p,) frontier of each position
 
 
 @njit
@@ -116,9 +105,7 @@ def _pruned(
 def sampling_space(local_map: LocalMap, goal: np.ndarray, bounds: VelocityBounds, planner: Planning) -> SamplingSpace:
     """C after pruning; empty where the local map has no frontier to aim at. Paper: II-A and II-C.
 
-    Args:
-        goal: (2,) p_goal relative to the centre of F [m].
-        bounds: v_max by direction.
+    The goal (2,), p_goal, is relative to the centre of F [m]; `bounds` are v_max by direction.
     """
     samples = _sampled(
         local_map.segments,

@@ -24,21 +24,15 @@ TOLERANCE = 1e-3  # share of T by which the T of the handles may be shorter
 
 
 class TimeLaw(NamedTuple):
-    """Parameters that the duration T of a trajectory depends on.
+    """Parameters that the duration T of a trajectory depends on."""
 
-    Attributes:
-        bounds: v_max by direction.
-        map_period: T_map [s].
-        time_scale: P_safe.
-        peak_speed, peak_acceleration: limits of the spline [m/s, m/s^2]; inf as printed. As lengths below, the speed is
-            multiplied by the share of its direction.
-    """
-
-    bounds: VelocityBounds
-    map_period: float
-    time_scale: float
+    bounds: VelocityBounds  # v_max by direction
+    map_period: float  # T_map [s]
+    time_scale: float  # P_safe
     peak_speed: float
-    peak_acceleration: float
+    """Limit of the spline [m/s]; inf as printed. The speed is multiplied by the share of its direction, as lengths
+    below."""
+    peak_acceleration: float  # limit of the spline [m/s^2]; inf as printed
 
 
 def limited_time_law(settings: Settings, yaw: float) -> TimeLaw:
@@ -164,12 +158,9 @@ def clamped_trajectory(
 ) -> tuple[np.ndarray, float]:
     """Clamped waypoints (4, 2) and their duration T [s]. Paper: III-A, eq. (4) and (5).
 
-    The handles are as long as T says, and T is as long as the waypoints are: a fixed point. T is exactly that of the
-    waypoints returned; their handles are those of a T shorter by at most TOLERANCE.
-
-    Args:
-        start, velocity: (2,) p_cur [m] and v_cur [m/s].
-        end, end_velocity: (2,) p_s [m] and v_s [m/s].
+    They lead from p_cur [m] at v_cur [m/s] to p_s [m] at v_s [m/s], each (2,). The handles are as long as T says, and T
+    is as long as the waypoints are: a fixed point. T is exactly that of the waypoints returned; their handles are those
+    of a T shorter by at most TOLERANCE.
     """
     of_handles = printed_duration(_length(end[0] - start[0], end[1] - start[1], law.bounds), law)
     points = clamped_waypoints(start, velocity, end, end_velocity, of_handles)

@@ -12,25 +12,16 @@ REBOUND_HORIZON = 0.3
 
 
 class CostModel(NamedTuple):
-    """Settings that the compiled loops over candidates need.
+    """Settings that the compiled loops over candidates need."""
 
-    Attributes:
-        position_weight, risk_weight, velocity_weight: w_p, w_r, w_v.
-        speed_floor: delta v, closing speed assumed at rest [m/s].
-        time_floor: smallest time to collision; shorter ones count as this [s].
-        ring: ring that rebounds are computed with.
-        rebound_horizon: time after the rebound at which p_ref is taken [s].
-        rebound_penalty: reward of a rebound that ends in known free space [m/s].
-    """
-
-    position_weight: float
-    risk_weight: float
-    velocity_weight: float
-    speed_floor: float
-    time_floor: float
-    ring: Ring
-    rebound_horizon: float
-    rebound_penalty: float
+    position_weight: float  # w_p
+    risk_weight: float  # w_r
+    velocity_weight: float  # w_v
+    speed_floor: float  # delta v, closing speed assumed at rest [m/s]
+    time_floor: float  # smallest time to collision; shorter ones count as this [s]
+    ring: Ring  # ring that rebounds are computed with
+    rebound_horizon: float  # time after the rebound at which p_ref is taken [s]
+    rebound_penalty: float  # reward of a rebound that ends in known free space [m/s]
 
 
 def weights_of(settings: Settings) -> Weights:

@@ -21,12 +21,9 @@ def straight_on(
 ) -> np.ndarray:
     """(2,) direction that the angle of Alg. 1 counts from: that in which the previous plan aimed.
 
-    Args:
-        previous: (2,) p_pre, where the previous plan was made [m].
-        aim: (2,) p_s of the previous plan [m]; NaN without one, and the direction then too.
-        position: (2,) p_cur [m].
-        center: (2,) centre of F [m].
-        printed: from p_cur back to p_pre, so that the angle is the interior one, as printed.
+    It was made at `previous` (2,), p_pre [m], and aimed at `aim` (2,), its p_s [m]; NaN without one, and the direction
+    then too. The position (2,) is p_cur [m], the centre (2,) that of F [m]. `printed`: from p_cur back to p_pre, so
+    that the angle is the interior one, as printed.
     """
     if printed and not math.isnan(aim[0]):
         return (previous - center) - (position - center)
@@ -37,10 +34,8 @@ def straight_on(
 def _path_lengths_and_turns(
     positions: np.ndarray, current: np.ndarray, goal: np.ndarray, straight_on: np.ndarray, turn_threshold: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Length |p_cur p_s| + |p_s p_goal| of each position (p,) [m], and whether it takes too large a turn (p,).
-
-    Paper: Alg. 1, lines 1 to 4.
-    """
+    """Length |p_cur p_s| + |p_s p_goal| of each position (p,) [m], and whether it takes too large a turn (p,)."""
+    # Paper: Alg. 1, lines 1 to 4.
     n = len(positions)
     length = np.empty(n)
     turns = np.zeros(n, np.bool_)
@@ -65,8 +60,7 @@ def position_costs(
     """J_pos (p,) with the lengths normalised before the turns are penalised. Paper: Alg. 1.
 
     Args:
-        positions: (p, 2) candidate positions p_s [m].
-        current, goal: (2,) p_cur and p_goal [m].
+        positions: (p, 2) candidate positions p_s [m]; current, goal: (2,) p_cur and p_goal [m].
         straight_on: (2,) direction that turns count from; NaN without a previous plan: then none is penalised.
         travelled: |p_ini p_pre| + |p_pre p_cur| [m], equal for all and so without effect if not as printed.
         turn_threshold, turn_penalty: theta_thres [rad] and f_a.

@@ -47,12 +47,8 @@ def collision_rate(
     """1 / t_c [1/s] with t_c = d_p / v_c (Alg. 2), d_p [m], and the index of the half line met.
 
     Moving: d_p along v_s, v_c = |v_s| (Proj of Alg. 2: s_p lies on the ray of v_s). At rest: d_p to the nearest half
-    line, v_c = delta v, index -1. Nothing met: rate 0, d_p inf, index -1.
-
-    Args:
-        px, py: p_s relative to the centre of F [m].
-        vx, vy: v_s [m/s].
-        predicted: (e, 4) set E, relative to the centre of F.
+    line, v_c = delta v, index -1. Nothing met: rate 0, d_p inf, index -1. `p` is p_s [m], `v` is v_s [m/s], and
+    `predicted` (e, 4) is set E; p_s and E are relative to the centre of F.
     """
     speed = math.hypot(vx, vy)
     if speed > 0.0:
@@ -70,14 +66,10 @@ def collision_rate(
 def collision_risks(
     points: np.ndarray, velocities: np.ndarray, predicted: np.ndarray, model: CostModel
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """J_risk,h of each candidate: 1 / t_c, normalised. Paper: Alg. 2.
+    """J_risk,h (c,) of each candidate: 1 / t_c, normalised; d_p (c,) [m], and the half line met (c,). Paper: Alg. 2.
 
-    Args:
-        points, velocities: (c, 2) p_s relative to the centre of F [m] and v_s [m/s].
-        predicted: (e, 4) set E, relative to the centre of F.
-
-    Returns:
-        J_risk,h (c,), d_p (c,) [m] and the index of the half line met (c,), -1 for none.
+    The half line is an index, -1 for none. Points and velocities (c, 2) are p_s [m] and v_s [m/s], `predicted` (e, 4)
+    is set E; p_s and E are relative to the centre of F.
     """
     n = len(points)
     rate, distance, line = np.empty(n), np.empty(n), np.empty(n, np.int64)
@@ -103,11 +95,10 @@ def gap_risks(
 
     Args:
         reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
-        positions: (p, 2) relative to the centre of F [m]; open_side: (p, 2) the open sides of each one's frontier.
-        current: (2,) p_cur relative to the centre of F [m].
+        positions, current: (p, 2) p_s and (2,) p_cur, relative to the centre of F [m].
+        open_side: (p, 2) the open sides of each one's frontier.
         sight_distance: distance over which a direction must be free to count as sight [m].
-        gap_weight: f_theta.
-        widest: wider openings count as this wide [m].
+        gap_weight: f_theta; widest: wider openings count as this wide [m].
         printed: as Alg. 2, line 11, is printed, the angle alone counts: -f_theta theta_sight.
     """
     risk = np.empty(len(positions))
@@ -164,11 +155,8 @@ def crossings(
 ) -> np.ndarray:
     """1 for each position (p,) whose approach leaves F through an observed boundary, else 0.
 
-    Args:
-        border: (n, 2) border points of F [m]; surface, shadow: (n,) as in LocalMap.
-        positions: (p, 2) p_s; current: (2,) p_cur; all relative to the centre of F [m].
-        velocity: (2,) v_cur [m/s].
-        bounds: v_max by direction.
+    Border points (n, 2) of F, positions (p, 2), p_s, and `current` (2,), p_cur, are relative to the centre of F [m];
+    surface and shadow (n,) are as in LocalMap. The velocity (2,) is v_cur [m/s], `bounds` are v_max by direction.
     """
     risk = np.zeros(len(positions))
     for i in range(len(positions)):

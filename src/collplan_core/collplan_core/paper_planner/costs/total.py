@@ -36,12 +36,9 @@ def weighted_terms(
 ) -> np.ndarray:
     """(c, len(TERMS)) every term of every candidate, their weighted sum first. Paper: eq. (1); Alg. 2, line 12.
 
-    Line 12 is J_risk = J_risk,g + J_risk,h; a boundary that the approach crosses adds to it.
-
-    Args:
-        position_of: (c,) the position of each candidate.
-        position_cost, gap_risk, approach_risk: (p,) J_pos and the parts of J_risk that depend on the position alone.
-        collision_risk, reward, velocity_cost: (c,) J_risk,h, R_ref and J_vel.
+    Line 12 is J_risk = J_risk,g + J_risk,h; a boundary that the approach crosses adds to it. `position_of` (c,) is the
+    position of each candidate. The position's cost, J_pos, and the risks of gap and approach (p,) depend on the
+    position alone; the collision's risk, reward and velocity's cost (c,) are J_risk,h, R_ref and J_vel.
     """
     terms = np.empty((len(position_of), len(TERMS)))
     for i in range(len(position_of)):
@@ -73,12 +70,8 @@ def least_forward(
 ) -> int:
     """The candidate (c,) of least cost less TIE_BREAK times the share of v_max along the approach.
 
-    The velocity along the approach decides also between costs closer than that.
-
-    Args:
-        points, velocities: (c, 2) p_s [m] and v_s [m/s].
-        current: (2,) p_cur [m].
-        max_speed: v_max [m/s].
+    The velocity along the approach decides also between costs closer than that. Points and velocities (c, 2) are p_s
+    [m] and v_s [m/s], `current` (2,) is p_cur [m], `max_speed` v_max [m/s].
     """
     best, chosen = math.inf, -1
     for i in range(len(total)):

@@ -29,12 +29,8 @@ def rebound_reward(
 ) -> float:
     """R_ref = <v_ref, unit_goal>, or the penalty where the rebound ends in known free space. Paper: eq. (2).
 
-    Args:
-        contact_x, contact_y: p_p relative to the centre of F [m].
-        vx, vy: v_s [m/s].
-        tangent: (2,) unit vector e_p of the predicted boundary.
-        border: (n, 2) border points of F [m].
-        goal_direction: (2,) unit vector to the goal.
+    The contact is p_p, the velocity v_s [m/s]. The tangent (2,) is e_p of the predicted boundary, the goal's direction
+    (2,) a unit vector too. The contact and the border points (n, 2) of F are relative to its centre [m].
     """
     # n_p = Rot(e_p, pi/2); its sign has no effect
     rx, ry, _ = reflect(vx, vy, 0.0, -tangent[1], tangent[0], model.ring)
@@ -57,9 +53,9 @@ def rebound_rewards(
     """R_ref of each candidate (c,), 0 where it meets no predicted boundary. Paper: eq. (2).
 
     Args:
-        points, velocities: (c, 2) p_s relative to the centre of F [m] and v_s [m/s].
+        points, velocities: (c, 2) p_s [m] and v_s [m/s].
         distance, line: (c,) d_p [m] and the index of the half line met, -1 for none.
-        predicted: (e, 4) set E; border: (n, 2) border points of F; both relative to the centre of F.
+        predicted: (e, 4) set E; border: (n, 2) border points of F; both, and the points, relative to the centre of F.
         to_goal: (2,) p_goal - p_cur [m].
     """
     rewards, goal_direction = np.zeros(len(points)), unit_vector(to_goal)
@@ -79,11 +75,8 @@ def velocity_costs(
 ) -> np.ndarray:
     """J_vel = -<v_s, goal vector> (1 - J_risk,h) - R_ref J_risk,h of each candidate (c,). Paper: eq. (3).
 
-    Args:
-        velocities: (c, 2) v_s [m/s].
-        goal_vector: (2,) [m], or without unit.
-        collision_risk, reward: (c,) J_risk,h and R_ref.
-        has_factor: whether eq. (3) has its factor (1 - J_risk,h).
+    The velocities (c, 2) are v_s [m/s], the goal vector (2,) is in [m] or without unit; risk and reward (c,) are
+    J_risk,h and R_ref. `has_factor`: whether eq. (3) has its factor (1 - J_risk,h).
     """
     costs = np.empty(len(velocities))
     for i in range(len(velocities)):
