@@ -23,8 +23,7 @@ WORLDS = {"harness": ("corridor", "random:90302"), "bounce": SHORT, "avoid": SHO
 def over_release(rounds: int) -> dict[str, Any]:
     """Processor time a simulated second of trials over that of 1.0.0, by strategy; both run the same seeds in turn.
 
-    Raises:
-        SkippedError: git does not have the sources of 1.0.0, or they do not run here.
+    Raises SkippedError where git does not have the sources of 1.0.0, or they do not run here.
     """
     found: dict[str, Any] = {}
     with _trials_of(ROOT / "src") as ours, _trials_of(_released()) as theirs:

@@ -20,11 +20,7 @@ STEPS: dict[str, list[list[str]]] = {
 
 
 def peer(name: str) -> AbstractContextManager[Ask]:
-    """A process in that environment, to which the peer of that name is installed.
-
-    Raises:
-        SkippedError: it cannot be; the message is pip's error.
-    """
+    """A process in that environment, with a peer installed by name; SkippedError with pip's error if it cannot be."""
     _install(name)
     return answering(PYTHON, "peer_server.py")
 

@@ -21,8 +21,7 @@ STEPS = {"trial_vs_irsim": 1.0 / SHIPPED.lidar.rate, "trial_vs_irsim_at_pose_rat
 def beside_irsim(world: World, states: list[Logged], rounds: int) -> dict[str, Any]:
     """Scans in states of a world, which is walled and has no circles, and whole runs there, over ir-sim's.
 
-    Raises:
-        SkippedError: it cannot be installed or run.
+    Raises SkippedError where that cannot be installed or run.
     """
     assert world.start is not None
     assert world.goal is not None
@@ -59,8 +58,7 @@ def _runs(irsim: Ask, scene: dict[str, Any], world: World, step: float, rounds: 
 def beside_dwa(states: list[Logged], rounds: int) -> dict[str, Any]:
     """Time of a cycle from scan to plan over that of a dynamic-window step on the scan's points, in the same states.
 
-    Raises:
-        SkippedError: it cannot be installed or run.
+    Raises SkippedError where that cannot be installed or run.
     """
     queries = [dwa_query(state) for state in states]
     with peer("dynamic-window-approach") as dwa:

@@ -123,11 +123,7 @@ class Case(NamedTuple):
 
 
 class Legs(TrialNodes):
-    """A robot that drives to and fro.
-
-    Attributes:
-        legs: for each leg its time [s], and what was learnt at its end.
-    """
+    """A robot that drives to and fro."""
 
     case: Case
 
@@ -141,7 +137,7 @@ class Legs(TrialNodes):
         )
         self._changes = setup.middle is not None
         self._ends, self._given = (np.array(world.start), goal), 0.0
-        self.legs: list[dict[str, Any]] = []
+        self.legs: list[dict[str, Any]] = []  # for each leg its time [s], and what was learnt at its end
         runs.append(self)
 
     def step(self, steps: int) -> None:
@@ -184,8 +180,7 @@ def row_of(case: Case) -> dict[str, Any]:
 def same_simulated_drive(max_acceleration: float, lag: float, settings: Settings) -> dict[str, float]:
     """The ratios with which a simulated robot drives as under these settings, once other constants are believed.
 
-    Args:
-        max_acceleration: [m/s^2]; lag: [s]: the constants believed from then on.
+    From then on the believed ones are `max_acceleration` [m/s^2] and `lag` [s].
     """
     robot, simulation = settings.robot, settings.simulator
     true_lag = robot.velocity_lag * simulation.mass_ratio

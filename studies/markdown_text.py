@@ -8,18 +8,12 @@ Row = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Section:
-    """A section. What it has is shown in the order of these attributes.
+    """A section. What it has is shown in the order of these attributes."""
 
-    Attributes:
-        title: its heading; empty where what is above goes on.
-        note: explanation of the section.
-        head, rows: names of the columns and text of the cells of its table.
-    """
-
-    title: str = ""
-    note: str = ""
-    head: Row = ()
-    rows: Sequence[Row] = ()
+    title: str = ""  # its heading; empty where what is above goes on
+    note: str = ""  # explanation of the section
+    head: Row = ()  # names of the columns of its table
+    rows: Sequence[Row] = ()  # text of its cells
 
 
 def markdown(*sections: Section) -> str:

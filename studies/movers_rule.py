@@ -68,10 +68,8 @@ def speed_left(
         trajectory: (m, 5) t, x, y, vx, vy of the robot.
         mover: (m, 5) x, y, vx, vy, radius of the mover at these times.
         in_view: (m,) share of it in view.
-        time: time of the touch [s].
+        time, touched_before: of the touch, and of the one before, of any mover [s].
         touched_at: the robot's own speed towards the mover then [m/s].
-        robot: its radius and law.
-        touched_before: time of the touch before, of any mover [s].
     """
     times = trajectory[:, 0]
     last = int(np.searchsorted(times, time - 1e-6)) - 1

@@ -29,11 +29,7 @@ LEGS = (0.05, 0.07)
 
 
 def read_walks(path: Path) -> list[np.ndarray]:
-    """The walks (n, 3) time [s], x, y [m] of a file.
-
-    Raises:
-        ValueError: it holds something else; the message names the file.
-    """
+    """The walks (n, 3) time [s], x, y [m] of a file; a ValueError names the file if it holds something else."""
     with Path(path).open(encoding="utf-8", newline="") as lines:
         rows = list(csv.reader(lines))[1:]
     try:

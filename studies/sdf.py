@@ -69,12 +69,9 @@ def load_sdf(
 ) -> World:
     """The world in an SDF file, gzip-compressed or not, named after the file.
 
-    Args:
-        path: path of the file.
-        start, goal: x, y in the frame of the file, before scaling [m].
-        scale: factor on all coordinates and sizes, those of start and goal included.
-        height: shapes that begin above it are left out, before scaling [m].
-        say: takes a sentence on what was left out or ignored.
+    Start and goal are x, y in the frame of the file, before scaling [m]; `scale` is a factor on all coordinates and
+    sizes, theirs included. Shapes that begin above `height` are left out, before scaling [m]. `say` takes a sentence on
+    what was left out or ignored.
 
     Raises:
         WorldError: the file cannot be read, holds no obstacle or unsupported content, or start or goal lie in an

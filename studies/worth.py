@@ -62,11 +62,7 @@ def verdict(found: Mapping[str, Estimate]) -> str:
 
 
 def settings_from(params: Path | None, texts: Sequence[str]) -> Settings:
-    """Settings with the values of a parameter file, and those of texts KEY=VALUE above them.
-
-    Raises:
-        ParameterError, StudyError: either names the key.
-    """
+    """Settings of a parameter file, and texts KEY=VALUE above them; ParameterError or StudyError names the key."""
     axes = parse_axes(texts)
     for key, given in axes.items():
         if len(given) != 1:

@@ -61,10 +61,9 @@ def main() -> int:
 
 @contextmanager
 def opened(browser: str, address: str, ready: str) -> Iterator[ClientConnection]:
-    """A connection to a page in a browser of its own, by Chrome's DevTools protocol, once an expression is true in it.
+    """A connection to a page in a browser of its own, by DevTools, once an expression is true in it.
 
-    Raises:
-        TimeoutError: browser or page are not ready within PATIENCE.
+    Raises TimeoutError where browser or page are not ready within PATIENCE.
     """
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         process = subprocess.Popen([browser, *FLAGS, f"--user-data-dir={profile}", address], stderr=subprocess.DEVNULL)

@@ -31,18 +31,12 @@ IPOPT = {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 2000, "pri
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Motion at constant acceleration from knot to knot, from rest to the goal.
+    """Motion at constant acceleration from knot to knot, from rest to the goal."""
 
-    Attributes:
-        times: (n,) from 0 to the arrival [s].
-        positions, velocities: (n, 2) there [m], [m/s].
-        accelerations: (n - 1, 2) from each knot to the next [m/s^2].
-    """
-
-    times: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray
-    accelerations: np.ndarray
+    times: np.ndarray  # (n,) from 0 to the arrival [s]
+    positions: np.ndarray  # (n, 2) there [m]
+    velocities: np.ndarray  # (n, 2) there [m/s]
+    accelerations: np.ndarray  # (n - 1, 2) from each knot to the next [m/s^2]
 
     @property
     def duration(self) -> float:
@@ -74,17 +68,11 @@ def best_trajectories(chain: FreeChain, disc: Disc) -> tuple[Trajectory, ...]:
 
 @dataclass(frozen=True, eq=False)
 class _Mesh:
-    """The intervals of a trajectory.
+    """The intervals of a trajectory."""
 
-    Attributes:
-        counts: (k,) number of intervals in each region.
-        firsts: (k,) first of them.
-        regions: (n,) region of each interval.
-    """
-
-    counts: np.ndarray
-    firsts: np.ndarray
-    regions: np.ndarray
+    counts: np.ndarray  # (k,) number of intervals in each region
+    firsts: np.ndarray  # (k,) first of them
+    regions: np.ndarray  # (n,) region of each interval
 
 
 def _mesh(regions: Sequence[Region]) -> _Mesh:

@@ -17,34 +17,21 @@ from optimum.world_optimum import WorldOptimum
 
 @dataclass(frozen=True)
 class Ratio:
-    """Times over that of the best trajectory without contact.
+    """Times over that of the best trajectory without contact."""
 
-    Attributes:
-        mean: over the worlds, of the mean over a world's runs; the interval is over the worlds.
-        worlds: number of them.
-        faster: number of those whose mean is below 1.
-    """
-
-    mean: Estimate
-    worlds: int
-    faster: int
+    mean: Estimate  # over the worlds, of the mean over a world's runs; the interval is over the worlds
+    worlds: int  # number of them
+    faster: int  # number of those whose mean is below 1
 
 
 @dataclass(frozen=True)
 class FamilyComparison:
-    """A family of worlds.
+    """A family of worlds."""
 
-    Attributes:
-        family: its name.
-        time: mean over the worlds of the time of the best trajectory without contact [s].
-        bound: the lower bound, of every world one.
-        strategies: by name, in the order they were asked for.
-    """
-
-    family: str
-    time: float
-    bound: Ratio
-    strategies: Mapping[str, Ratio]
+    family: str  # its name
+    time: float  # mean over the worlds of the time of the best trajectory without contact [s]
+    bound: Ratio  # the lower bound, of every world one
+    strategies: Mapping[str, Ratio]  # by name, in the order they were asked for
 
 
 def compare(
@@ -52,10 +39,8 @@ def compare(
 ) -> list[FamilyComparison]:
     """The runs of each strategy beside the optima of each family; worlds without a best trajectory are left out.
 
-    Args:
-        runs: rows of the main comparison of a study; a run that did not arrive counts with the time limit.
-        strategies: by name.
-        families: optima of the worlds by family.
+    `runs` are rows of the main comparison of a study; one that did not arrive counts with the time limit. `families`
+    are the optima of the worlds by family.
     """
     solved = {family: [each for each in optima if each.found] for family, optima in families.items()}
     return [

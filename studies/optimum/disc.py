@@ -7,18 +7,12 @@ from collplan_core.parameters import Settings
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc that accelerates as it likes up to a limit, at once and without noise: the real robot can do less.
+    """A disc that accelerates as it likes up to a limit, at once and without noise: the real robot can do less."""
 
-    Attributes:
-        radius: [m].
-        max_speed, max_acceleration: limits of the length of either vector [m/s], [m/s^2].
-        goal_tolerance: it has arrived where its centre is this near the goal, at any velocity [m].
-    """
-
-    radius: float
-    max_speed: float
-    max_acceleration: float
-    goal_tolerance: float
+    radius: float  # [m]
+    max_speed: float  # of the velocity's length [m/s]
+    max_acceleration: float  # of the acceleration's length [m/s^2]
+    goal_tolerance: float  # it has arrived where its centre is this near the goal, at any velocity [m]
 
 
 def disc_of(settings: Settings) -> Disc:

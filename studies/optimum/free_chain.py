@@ -11,16 +11,12 @@ from collplan_core.worlds.shapes import largest_rectangles_beside
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A part of the free space of a disc's centre: a rectangle, less what is too near one corner of a wall.
+    """A part of the free space of a disc's centre: a rectangle, less what is too near one corner of a wall."""
 
-    Attributes:
-        low, high: (2,) the rectangle's least and largest x and y [m].
-        vertex: (2,) corner of a wall, from which the centre must be a radius away [m]; None where all is free.
-    """
-
-    low: np.ndarray
-    high: np.ndarray
+    low: np.ndarray  # (2,) the rectangle's least x and y [m]
+    high: np.ndarray  # (2,) its largest [m]
     vertex: np.ndarray | None = None
+    """(2,) corner of a wall, from which the centre must be a radius away [m]; None where all is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,15 +24,11 @@ class FreeChain:
     """The free space of a disc's centre, in parts that each overlap the next.
 
     Whoever goes from start to goal is in each box in turn.
-
-    Attributes:
-        regions: box, corner, box, ..., box; together they are the free space.
-        start, goal: (2,) in the first and in the last box [m].
     """
 
-    regions: tuple[Region, ...]
-    start: np.ndarray
-    goal: np.ndarray
+    regions: tuple[Region, ...]  # box, corner, box, ..., box; together they are the free space
+    start: np.ndarray  # (2,) in the first box [m]
+    goal: np.ndarray  # (2,) in the last box [m]
 
 
 def free_chain(world: World, radius: float) -> FreeChain:

@@ -45,24 +45,15 @@ examples:
 
 @dataclass(frozen=True)
 class Options:
-    """A parsed command line.
+    """A parsed command line."""
 
-    Attributes:
-        folder: folder of the study.
-        study: command line of the study that is run first; None where its runs are there.
-        jobs: number of processes.
-    """
-
-    folder: Path
-    study: tuple[str, ...] | None
-    jobs: int
+    folder: Path  # folder of the study
+    study: tuple[str, ...] | None  # command line of the study that is run first; None where its runs are there
+    jobs: int  # number of processes
 
 
 def parse(args: Sequence[str] | None = None) -> Options:
-    """Parses a command line.
-
-    Args:
-        args: without the program's name; None takes sys.argv's.
+    """Parses a command line, without the program's name; None takes sys.argv's.
 
     Raises:
         StudyError: options that exclude each other or are out of range.

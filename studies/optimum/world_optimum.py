@@ -12,29 +12,17 @@ from optimum.lower_bound import lower_bound
 
 @dataclass(frozen=True)
 class WorldOptimum:
-    """How fast a disc gets through a world without contact.
+    """How fast a disc gets through a world without contact."""
 
-    Attributes:
-        world: its name.
-        time: of the best trajectory found, at least that of the optimum [s]; NaN where none was found.
-        bound: what no trajectory can beat [s].
-        found: number of initial guesses from which the solver converged.
-        disagreement: time of the slowest trajectory found over that of the fastest, less 1.
-    """
-
-    world: str
-    time: float
-    bound: float
-    found: int
-    disagreement: float
+    world: str  # its name
+    time: float  # of the best trajectory found, at least that of the optimum [s]; NaN where none was found
+    bound: float  # what no trajectory can beat [s]
+    found: int  # number of initial guesses from which the solver converged
+    disagreement: float  # time of the slowest trajectory found over that of the fastest, less 1
 
 
 def world_optimum(world: World, disc: Disc) -> WorldOptimum:
-    """The optimum in a world of one corridor with right-angled turns.
-
-    Raises:
-        WorldError: the world is of another kind.
-    """
+    """The optimum in a world of one corridor with right-angled turns; raises WorldError where it is of another kind."""
     chain = free_chain(world, disc.radius)
     times = [trajectory.duration for trajectory in best_trajectories(chain, disc)]
     return WorldOptimum(

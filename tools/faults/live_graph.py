@@ -37,18 +37,13 @@ AGAIN = 0.8
 
 
 class LiveGraph(Graph, Bench):
-    """A bench: a graph whose nodes may die.
+    """A bench: a graph whose nodes may die."""
 
-    Attributes:
-        streams: what its nodes send.
-        ends: where the robot is driven to and fro [m].
-        fast: speed from which on it is fast enough for a fault [m/s].
-        strategy: by which it drives.
-        topics: of what counts as sent, and of the true motion.
-    """
-
+    # where the robot is driven to and fro [m]
     ends = np.array([0.0, 0.0]), np.array([12.0, 0.0])
+    # speed from which on it is fast enough for a fault [m/s], and the strategy it drives by
     fast, strategy = 0.8, "harness"
+    # of what counts as sent, and of the true motion
     topics = "cmd_vel", "ground_truth/odom"
 
     def __init__(self, robot: str) -> None:
@@ -65,7 +60,7 @@ class LiveGraph(Graph, Bench):
     def __enter__(self) -> "LiveGraph":
         super().__enter__()
         try:
-            self.streams = Streams(self.listener.node, *self.topics)
+            self.streams = Streams(self.listener.node, *self.topics)  # what its nodes send
             wait_until_ready(self)
         except BaseException:
             self.__exit__()
@@ -98,11 +93,7 @@ class LiveGraph(Graph, Bench):
     # ---- the robot
 
     def drive(self) -> None:
-        """Until the robot goes fast to the farther end of the hall; a new goal lets it move whatever has held it.
-
-        Raises:
-            BenchError: it does not.
-        """
+        """Until the robot goes fast to the hall's farther end, else BenchError; a new goal ends whatever held it."""
         self.let("planner_node", planner__strategy=self.strategy)
         deadline, due, target = self.now() + PATIENCE, 0.0, None
         while not (target is not None and self._drives and self.room(target) > 3.0):
@@ -160,11 +151,7 @@ class LiveGraph(Graph, Bench):
         return bool(self.call(Trigger, service, Trigger.Request()).success)
 
     def let(self, node: str, **values: object) -> float:
-        """Sets parameters of a node; their group is told from the name by two underscores: emulator__faults.
-
-        Raises:
-            BenchError: they are refused.
-        """
+        """Sets parameters of a node, their group told by two underscores, emulator__faults; BenchError if refused."""
         begun = self.now()
         given = [Parameter(k.replace("__", "."), value=v).to_parameter_msg() for k, v in values.items()]
         answer = self.call(SetParameters, f"{node}/set_parameters", SetParameters.Request(parameters=given))
@@ -186,11 +173,7 @@ class LiveGraph(Graph, Bench):
         return self._signalled(nodes, signal.SIGKILL)
 
     def restart(self, node: str) -> float:
-        """Starts a node again that was killed, and waits until it is ready.
-
-        Raises:
-            BenchError: it does not report.
-        """
+        """Starts a node again that was killed, and waits until it is ready; BenchError if it does not report."""
         self.processes.kill(node)
         begun = self.now()
         self.start(node)
@@ -206,11 +189,7 @@ class LiveGraph(Graph, Bench):
 
 
 def at_full_speed(act: Act) -> Act:
-    """Does it once the robot goes as fast as it may.
-
-    Raises:
-        BenchError: it does not.
-    """
+    """Does it once the robot goes as fast as it may; raises BenchError where it does not."""
 
     def acting(graph: LiveGraph) -> Any:
         graph.let("planner_node", planner__strategy=FULL_STRATEGY)

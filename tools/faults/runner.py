@@ -18,23 +18,15 @@ MOST_REPEATED = 20
 
 @dataclass(frozen=True)
 class Measured:
-    """What came of a fault once.
-
-    Attributes:
-        seconds: time that the side took that must act, by its own clock [s]; None where there is nothing to time.
-        missed: why it counts as a miss whatever the time; empty where it does not.
-        stalled: why the machine was at fault, by the clock of the side that must act; the case is then repeated.
-        unbegun: why there was nothing to be seen of the fault, as of a robot that stood already; repeated too.
-        speed: of the robot when the fault was done [m/s]; None where it is not measured.
-        distance: way from then until it stood [m]; None where it is not measured.
-    """
+    """What came of a fault once."""
 
     seconds: float | None = None
-    missed: str = ""
-    stalled: str = ""
-    unbegun: str = ""
-    speed: float | None = None
-    distance: float | None = None
+    """Time that the side took that must act, by its own clock [s]; None where there is nothing to time."""
+    missed: str = ""  # why it counts as a miss whatever the time; empty where it does not
+    stalled: str = ""  # why the machine was at fault, by the clock of the side that must act; the case is then repeated
+    unbegun: str = ""  # why there was nothing to be seen of the fault, as of a robot that stood already; repeated too
+    speed: float | None = None  # of the robot when the fault was done [m/s]; None where it is not measured
+    distance: float | None = None  # way from then until it stood [m]; None where it is not measured
 
     def then(self, *wrong: str, **changes: Any) -> "Measured":
         """The same with changes, a miss for the first of these reasons that is not empty."""
@@ -53,21 +45,15 @@ class Fault:
 
     A bench drives the robot, `act` does the fault and says when, `measure` waits and says what came of it, and `undo`
     takes the fault away, whatever came of it.
-
-    Attributes:
-        name: what is done, and what is measured where that is not the time until the robot is commanded to stand.
-        robot: name of the bench.
-        limit: longest time allowed [s]; None where nothing is timed.
-        long: cases of `make faults-long`.
     """
 
-    name: str
-    robot: str
-    limit: float | None
+    name: str  # what is done, and what is measured where that is not the time until the robot is commanded to stand
+    robot: str  # name of the bench
+    limit: float | None  # longest time allowed [s]; None where nothing is timed
     act: Act
     measure: Measure
     undo: Callable[[Any], object] = lambda bench: None
-    long: int = 100
+    long: int = 100  # cases of `make faults-long`
 
     @property
     def key(self) -> str:
@@ -82,15 +68,10 @@ class Fault:
 
 
 class Bench:
-    """What faults are done on. Here each case is a whole of its own; others drive a robot.
+    """What faults are done on. Here each case is a whole of its own; others drive a robot."""
 
-    Attributes:
-        number: cases of the fault so far, those that do not count too: the seed of a case that is done by one.
-        chance: random numbers of the case, the same in each run of it.
-    """
-
-    number = 0
-    chance = Random()
+    number = 0  # cases of the fault so far, those that do not count too: the seed of a case that is done by one
+    chance = Random()  # random numbers of the case, the same in each run of it
 
     def __enter__(self) -> "Bench":
         return self
@@ -126,15 +107,12 @@ class Case(Measured):
 
 
 class CaseFile:
-    """Cases that are on disk as soon as they are done, so that a run that was broken off goes on where it was.
-
-    Attributes:
-        cases: those of the code as it is, in order.
-    """
+    """Cases that are on disk as soon as they are done, so that a run that was broken off goes on where it was."""
 
     def __init__(self, path: Path, code: str = "") -> None:
         """Reads what is there of this state of the code; what another one did stays in the file and does not count."""
         self._file, self._code = JsonLines(path), code
+        # those of the code as it is, in order
         self.cases = [Case(**record) for record in self._file.records() if record["code"] == code]
 
     def add(self, fault: Fault, measured: Measured, took: float) -> Case:
@@ -169,11 +147,8 @@ def run_bench(
 ) -> Iterator[Case]:
     """Does the faults of one bench in turns until each has its count, or until the time `end` [s, steady clock].
 
-    A bench that fails is opened anew, once for each case. Any other failure is a miss of the case, and the bench is
-    opened anew too.
-
-    Raises:
-        BenchError: it failed twice in a row.
+    A bench that fails is opened anew, once for each case; where it fails twice in a row, BenchError is raised. Any
+    other failure is a miss of the case, and the bench is opened anew too.
     """
     repeated: Counter[str] = Counter()
     with ExitStack() as stack:

@@ -16,11 +16,9 @@ NO_MOTION, OCCLUSION = 2.0, 0.4
 def commanded_to_stand(hold: float, since: Callable[[LiveGraph, float], float] | None = None) -> Measure:
     """Measures the time from a fault to the zero command that only zeros follow, for `hold` [s] after the fault.
 
-    The time of the zero is that at which the controller sent it.
-
-    Args:
-        since: when mocap_node sent what the controller acts on; the time is counted from then on, and both nodes must
-            run. A node that stalls between stamping and sending has not told the controller anything yet.
+    The time of the zero is that at which the controller sent it. `since` is when mocap_node sent what the controller
+    acts on; the time is counted from then on, and both nodes must run. A node that stalls between stamping and sending
+    has not told the controller anything yet.
     """
 
     def measure(graph: LiveGraph, begun: float) -> Measured:

@@ -60,20 +60,17 @@ class WheelStop(NamedTuple):
 
 
 class Streams:
-    """Listens to what faults are measured by.
-
-    Attributes:
-        commands, truth, poses, refusals, states, stops: what came, in the order of receipt.
-        losses: when the firmware told for how long it was held up so far, and how long [s].
-        health: newest report of each node by its name, with the time it was sent [s, steady clock].
-    """
+    """Listens to what faults are measured by."""
 
     def __init__(self, node: Node, commands: str, truth: str) -> None:
         """Subscribes through `node`; `commands` is the topic of what counts as sent, `truth` of the true motion."""
+        # what came, in the order of receipt
         self.commands, self.truth, self.poses, self.refusals, self.states, self.stops = (
             deque[Any](maxlen=KEPT) for _ in range(6)
         )
+        # when the firmware told for how long it was held up so far, and how long [s]
         self.losses: deque[tuple[float, float]] = deque(maxlen=KEPT)
+        # newest report of each node by its name, with the time it was sent [s, steady clock]
         self.health: dict[str, tuple[float, DiagnosticStatus]] = {}
         self._times, self._node = SendTimes(), node
         self._listen(Twist, commands, self._take_command, EVENT)
