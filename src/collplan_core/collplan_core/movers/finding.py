@@ -69,7 +69,7 @@ def find_movers(
 ) -> tuple[SortedReturns, MoverMemory]:
     """Sorts the returns of a scan, and continues the tracks; returns also the memory for the next scan.
 
-    `memory` is that after the scan before, `noise` the deviation of ranges (1 sigma) [m], `state` that at the stamp.
+    `memory` is that after the scan before, `noise` the ranges' standard deviation [m], `state` the robot at the stamp.
     """
     view = view_of(scan, noise, seen, state.position)
     away = np.hypot(*(view.hits - view.beams[:, :2]).T)
