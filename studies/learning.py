@@ -281,6 +281,8 @@ def learnt_table(rows: Sequence[dict[str, Any]]) -> str:
             is_drawn, has_told = row["case"][0].startswith("drawn"), row["case"][3] == ON and row["case"][4] != GRAPH
             if not has_told or is_drawn != (kind == "drawn") or leg >= len(row["legs"]) or setup.middle:
                 continue
+            if "learnt" not in row["legs"][leg]:  # over before anything could be learnt
+                continue
             found = zip(row["legs"][leg]["learnt"], setup.drive, (True, True, False), strict=True)
             errors.append([(math.log(m / t) if log else m - t, low <= t <= high) for (m, low, high), t, log in found])
         if not errors:
