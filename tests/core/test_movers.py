@@ -122,17 +122,6 @@ def test_a_file_gives_the_same_movers(tmp_path_factory, given_movers):
     assert ("movers" in world_text(world)) == bool(given_movers)
 
 
-def test_rays_to_a_disc_by_hand():
-    # radius 0.5, 2 m ahead: 1.5 straight, grazed at 30 degrees less a little, missed beyond asin(0.25)
-    disc, origins = np.array([[3.0, 1.0, 0.5]]), np.tile([1.0, 1.0], (4, 1))
-    angles = np.array([0.0, 0.2, 0.26, np.pi])
-    chord = 2.0 * np.cos(0.2) - np.sqrt(0.25 - (2.0 * np.sin(0.2)) ** 2)
-    expected = [1.5, chord, 3.0 / np.cos(0.26), 1.0]
-    discs = np.tile(disc, (4, 1, 1))
-    np.testing.assert_allclose(cast_beams(world_of(), origins, angles, discs), expected, rtol=1e-12)
-    assert cast_beams(world_of(), np.array([[3.2, 1.0]]), np.zeros(1), discs[:1])[0] == -np.inf
-
-
 @given(st.lists(st.tuples(st.floats(1.0, 3.0), st.floats(1.0, 3.0), st.floats(0.05, 0.3)), max_size=3))
 def test_a_disc_is_seen_as_a_circle_that_stands_there(rows):
     discs = np.array(rows).reshape(-1, 3)

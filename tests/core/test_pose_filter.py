@@ -251,12 +251,8 @@ def test_what_the_robot_can_reach_is_no_leap(gap, share):
     assert results[0].refused == ""
     results, _ = feed([(1.2 * reach + 0.051 + share, 0.0)], memory, begin=0.19 + gap)
     assert results[0].refused == "leap"
-
-
-def test_stamp_far_ahead_buys_no_leap():
-    _, memory = feed(line(20, (0.0, 0.0)))
-    sample = PoseSample(1000.0, np.array([2.0, 0.0]), 0.0)
-    assert filter_pose(memory, sample, 0.2, SETTINGS)[0].refused == "leap"
+    ahead = PoseSample(1000.0, np.array([2.0, 0.0]), 0.0)  # by its stamp alone
+    assert filter_pose(memory, ahead, 0.2, SETTINGS)[0].refused == "leap"
 
 
 def test_stamp_that_does_not_rise_is_refused():

@@ -123,13 +123,6 @@ def test_it_goes_on_when_the_robot_is_out_of_its_way():
     assert CLEARED < 3.0
 
 
-def test_the_truth_of_a_mover_is_that_of_its_way():
-    mover = coming(0.5, delay=0.1)
-    sim = Simulator(scene(mover), quiet(), 0, start=np.array([0.0, 2.0]))
-    sim.step(880)
-    np.testing.assert_allclose(sim.movers, [[0.5, 0.0, -0.5, 0.0, R]], atol=1e-9)
-
-
 def test_a_trial_is_hit_and_sees_what_hits_it():
     floor = load_world("floor")
     # comes along the way from start to goal, from behind: the robot is driven into and cannot know
