@@ -3,7 +3,6 @@
 import ast
 import re
 import shlex
-from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -149,13 +148,6 @@ def wrong_paths(text: str) -> list[str]:
     return [path for path in paths if not is_there(path)]
 
 
-def wrong_imports(text: str) -> list[str]:
-    nodes = [node for block in blocks(text, "python") for node in ast.walk(ast.parse(block))]
-    named = [(n.module, alias.name) for n in nodes if isinstance(n, ast.ImportFrom) for alias in n.names]
-    ours = [(module, name) for module, name in named if f"src/{module.split('.')[0]}" in FILES]
-    return [f"{module}.{name}" for module, name in ours if not hasattr(import_module(module), name)]
-
-
 def wrong_parameters(text: str) -> list[str]:
     groups = "|".join(group.group for group in GROUPS)
     keys = [re.fullmatch(rf"((?:{groups})\.(?!py\b|yaml\b)\w+)(?:(?::=|=|: )([^,]+))?", span) for span in spans(text)]
@@ -199,6 +191,6 @@ def listed(text: str, head: str) -> set[str]:
 
 
 def untrue(text: str, folder: Path) -> list[str]:
-    names = (wrong_paths, wrong_imports, wrong_parameters, wrong_topics)
+    names = (wrong_paths, wrong_parameters, wrong_topics)
     checks = (*names, wrong_parameter_files, wrong_commands)
     return wrong_links(text, folder) + [each for check in checks for each in check(text)]

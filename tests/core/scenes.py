@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.free_space import MAP_BORDER
 from collplan_core.local_map.frontiers import BORDER_RUN
+from collplan_core.movers.record import Movers
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -28,6 +29,14 @@ def unit(angle: float) -> np.ndarray:
 
 def rotation(angle: float) -> np.ndarray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def mover_at(x: float, y: float = 0.0, velocity=(0.0, 0.0), stamp: float = 0.0, radius=0.12, growth=0.0) -> Movers:
+    """One mover."""
+    one = np.ones(1)
+    return Movers(
+        stamp, np.ones(1, int), np.array([(x, y)]), np.array([velocity]), radius * one, growth * one, stamp * one
+    )
 
 
 def box(x0: float, y0: float, x1: float, y1: float) -> np.ndarray:

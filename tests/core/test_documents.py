@@ -43,5 +43,4 @@ UNTRUE = [
     "```\nros2 run omnipuck_sim planner_node\n```",
     "```\nros2 run collplan_ros lidar_node --ros-args -p planner.map_perod:=0.4\n```",
     "```\nros2 topic echo no_such_topic\n```",
-    "```python\nfrom collplan_core.parameters import NoSuchThing\n```",
 ]

@@ -85,7 +85,6 @@ def caches(package):
 
 
 DAMAGES = {
-    "empty": lambda path: path.write_bytes(b""),
     "half": lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
     "zeros at its end": lambda path: path.write_bytes(path.read_bytes()[:-400] + bytes(400)),
     "gone": lambda path: path.unlink(),

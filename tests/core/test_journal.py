@@ -30,7 +30,7 @@ def written() -> list[str]:
     planner_journal.begin(BOUNCE)
     controller_journal.begin(BOUNCE)
     forbidden = {0.35: "nodes disagree"}
-    deadlines = planner_journal.count_checks(lambda settings: after_looks(7))
+    deadlines = planner_journal.count_checks(lambda settings: after_looks(1))
     now = [0.0]
     why = planner_journal.record_answers(lambda: forbidden.get(now[0], ""))
     planner, controller = PlannerLoop(BOUNCE, deadlines, None, why), ControllerLoop(BOUNCE)
@@ -104,15 +104,17 @@ def test_a_drive_by_hand_is_played_to_the_last_bit():
 def test_what_the_loop_was_told_is_told_again(lines):
     calls = [call for call in events_of(rows_of(lines, ""), PLANNER) if isinstance(call, Call)]
     assert [call.forbidden for call in calls if call.forbidden] == [("nodes disagree",)]
-    assert {call.deadline_checks for call in calls if call.deadline_checks} == {(7,)}
+    assert {call.deadline_checks for call in calls if call.deadline_checks} == {(1,)}
 
-    def without(row):
-        return {**row, "calls": [{k: v for k, v in call.items() if k != "forbidden"} for call in row["calls"]]}
+    for key, number, stamp in (("forbidden", 7, 0.35), ("deadline_checks", 9, 0.45)):
 
-    # and it makes a difference
-    (planner,) = compared(changed(lines, 7, PLANNER, without), PLANNER)
-    assert isinstance(planner.end, Difference)
-    assert planner.end.stamp == 0.35
+        def without(row, key=key):
+            return {**row, "calls": [{k: v for k, v in call.items() if k != key} for call in row["calls"]]}
+
+        # and it makes a difference
+        (planner,) = compared(changed(lines, number, PLANNER, without), PLANNER)
+        assert isinstance(planner.end, Difference)
+        assert planner.end.stamp == pytest.approx(stamp)
 
 
 def test_a_missing_line_is_a_gap_of_its_own_loop(lines):
@@ -191,7 +193,6 @@ def test_calls_are_passed_on_and_what_comes_of_them_too():
 
 anything = st.floats()
 arrays = st.lists(anything, min_size=1, max_size=8).map(np.array)
-"""Bits of a float64 whose change leaves sign and order of magnitude as they are."""
 
 
 def back(value):
@@ -216,16 +217,17 @@ def test_an_array_survives_with_its_shape(array):
 
 
 def test_what_is_no_value_is_refused():
-    for odd in ({}, {"pose": [1.0]}, {"state": {"stamp": 1.0}, "goal": {}}, {"state": 3}, {"array": [[2], "x"]}):
+    for odd in (
+        {"pose": [1.0]},
+        {"state": 3},
+        {"array": [[2], "x"]},
+        {"settings": {"planner.gone": 1.0}},
+        {"plan": {}},
+    ):
         with pytest.raises((JournalError, ValueError)):
             decode(odd)
-    with pytest.raises(ValueError, match=r"planner\.gone"):
-        decode({"settings": {"planner.gone": 1.0}})
     with pytest.raises(TypeError, match="set"):
         encode({1.0})
-    for odd in ({"scan": {}}, {"scan": {"stamp": 1.0}}, {"plan": {"stamp": 1.0}}):
-        with pytest.raises(JournalError, match="got"):
-            decode(odd)
 
 
 # ---- scans and plans

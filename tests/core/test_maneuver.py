@@ -16,7 +16,6 @@ from collplan_core.control.follow import (
     INCIDENCE_THRESHOLD,
     K_YAW,
     RELEASED,
-    SWITCH_DISTANCE,
     WAITING,
     ControllerMemory,
     boundary_reference,
@@ -44,7 +43,7 @@ from scenes import (
 )
 
 BY_INCIDENCE, AS_PRINTED = Control(), Control(maneuver_rule="printed")
-THRESHOLD, DELTA = INCIDENCE_THRESHOLD, SWITCH_DISTANCE
+THRESHOLD = INCIDENCE_THRESHOLD
 GAP = 0.3
 
 

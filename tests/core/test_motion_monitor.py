@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.command import FREE_SPACE, Command
 from collplan_core.control.motion_monitor import (
     LATE,
     OK,
@@ -18,17 +19,15 @@ from collplan_core.control.motion_monitor import (
     add_pose,
     judge_motion,
 )
+from collplan_core.loop.motion_watch import MotionWatch
+from collplan_core.movers.record import NO_MOVERS
 from collplan_core.parameters import Settings
 from collplan_core.state import State
+from scenes import mover_at, rotation
 
 SETTINGS = Settings()
 STEP, CONTROL = 0.005, 0.05
 NO_TURN = np.eye(2)
-
-
-def turn(angle):
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]])
 
 
 class Drive:
@@ -129,7 +128,7 @@ def test_the_delay_is_estimated():
         assert drive.record.delay == pytest.approx(delay, abs=0.025), delay
 
 
-TURNED = {"left": turn(math.pi / 2), "back": turn(math.pi), "x": np.diag([-1.0, 1.0])}
+TURNED = {"left": rotation(math.pi / 2), "back": rotation(math.pi), "x": np.diag([-1.0, 1.0])}
 
 
 def test_turned_axes_are_named_within_0_3_m():
@@ -223,3 +222,38 @@ def test_poses_of_which_one_comes_late_at_once_are_no_slow_time():
         record = add_command(record, np.array([0.5, 0.0]), 0.01 * k)
     verdict, _ = judge_motion(record, 1.3, Settings())
     assert "poses come later than they did" in verdict.reason
+
+
+# ---- what may push the robot is no evidence against its wheels
+
+
+BESIDE = SETTINGS.robot.radius + 0.12
+
+
+@pytest.mark.parametrize(
+    ("movers", "pushed"),
+    [
+        (NO_MOVERS, False),
+        (mover_at(BESIDE + 0.02), True),
+        (mover_at(BESIDE + 0.05), False),
+        (mover_at(BESIDE + 0.10, velocity=(0.6, 0.0)), True),  # it may have turned back since it was seen
+        (mover_at(BESIDE + 0.60, velocity=(-0.6, 0.0)), False),
+    ],
+)
+def test_a_mover_beside_the_robot_may_push_it(movers, pushed):
+    watch = MotionWatch()
+    watch.take_pose(State(0.0, np.zeros(2), np.zeros(2), 0.0), 0.0, True, SETTINGS, movers)
+    assert watch.pushed == pushed
+
+
+@pytest.mark.parametrize("is_seen", [True, False])
+def test_a_robot_that_a_mover_pushes_back_gives_no_reason_to_doubt_its_wheels(is_seen):
+    watch = MotionWatch()
+    for k in range(200):
+        now, x = 0.01 * k, -0.005 * k
+        watch.take_pose(State(now, np.array([x, 0.0]), np.array([-0.5, 0.0]), 0.0), now, True, SETTINGS,
+                        mover_at(x + BESIDE, 0.0, (-0.5, 0.0), now) if is_seen else NO_MOVERS)  # fmt: skip
+        if k % 5 == 0:
+            watch.commanded(Command(np.array([0.5, 0.0]), 0.0, FREE_SPACE, np.zeros(2)), now)
+            watch.judge(now, SETTINGS)
+    assert (watch.verdict.kind == SLIP) != is_seen

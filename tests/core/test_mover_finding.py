@@ -96,13 +96,6 @@ def test_a_disc_that_sets_out_is_followed(speed):
     assert len({int(movers.numbers[0]) for movers in found if len(movers)}) == 1
 
 
-def test_a_disc_is_followed_in_a_hall_wider_than_the_range():
-    states, walk = drive(21), walks(0.6)
-    last = sort_all(states, scans_of(states, mover=walk, world=HALL))[-1].movers
-    assert len(last) == 1
-    assert np.hypot(*(last.positions[0] - walk(last.stamp))) < 0.06
-
-
 def test_what_stops_stays_a_mover_and_what_is_seen_through_is_gone():
     def mover(t):
         return None if t > 5.5 else walks(0.5)(min(t, 1.3))

@@ -18,6 +18,7 @@ from collplan_core.state import State
 from collplan_core.velocity_law import velocity_after, velocity_law
 from collplan_core.worlds.raycast import simulate_scan
 from loop_scenes import HALL, IDENTITY, SETTINGS, at, scan_at, straight_plan
+from scenes import mover_at
 
 PERIOD = 1.0 / SETTINGS.controller.rate
 REACH = SETTINGS.robot.radius + 0.12
@@ -25,15 +26,7 @@ EMERGING = SETTINGS.with_values({"limits.emerging_speed": 0.5})
 
 
 def mover(stamp, x, y=0.0, velocity=(0.0, 0.0)) -> Movers:
-    return Movers(
-        stamp,
-        np.array([1]),
-        np.array([[x, y]]),
-        np.array([velocity]),
-        np.array([0.12]),
-        np.array([SETTINGS.movers.growth]),
-        np.array([stamp]),
-    )
+    return mover_at(x, y, velocity, stamp, growth=SETTINGS.movers.growth)
 
 
 class Drive:

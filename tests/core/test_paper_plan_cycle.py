@@ -1,6 +1,7 @@
 """The whole cycle from a scan to a plan: symmetries, special cases, memory, and every choice by name."""
 
 from dataclasses import replace
+from functools import partial
 from unittest.mock import patch
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map, seen
-from collplan_core.movers.record import ALL_STANDS, NO_MOVERS, Movers
+from collplan_core.movers.record import ALL_STANDS, NO_MOVERS
 from collplan_core.paper_planner.clear_of_movers import meets_a_mover
 from collplan_core.paper_planner.costs.model import weights_of
 from collplan_core.paper_planner.plan_cycle import plan_cycle
@@ -25,6 +26,7 @@ from scenes import (
     box,
     cluttered_worlds,
     map_of,
+    mover_at,
     rotation,
     scan_of,
     uneven_world,
@@ -186,29 +188,24 @@ def test_every_choice_by_name_has_its_effect():
 
 
 def test_the_tie_rule_decides_where_velocity_has_no_weight():
-    state, goal = at_rest(), np.array([3.0, 0.2])
-    aims = []
-    for rule in ("forward", "first"):
+    for rule, speed in (("forward", ROBOT.max_speed), ("first", 0.0)):
         chosen = SETTINGS.with_values({"planner.strategy": "high_risk", "planner.tie_rule": rule})
-        aims.append(cycle(world_of(), state, goal, chosen)[0].aim_velocity)
-    assert np.hypot(*aims[0]) == pytest.approx(ROBOT.max_speed)
-    assert not aims[1].any()
+        plan, _ = cycle(world_of(), at_rest(), np.array([3.0, 0.2]), chosen)
+        assert np.hypot(*plan.aim_velocity) == pytest.approx(speed)
 
 
-def a_mover(place, velocity=(0.0, 0.0)) -> Movers:
-    one = np.ones(1)
-    return Movers(0.0, np.zeros(1, int), np.array([place]), np.array([velocity]), 0.1 * one, 0.1 * one, 0.0 * one)
+a_mover = partial(mover_at, radius=0.1, growth=0.1)
 
 
 def test_a_way_that_a_mover_is_in_is_told_from_one_beside_it_behind_it_or_away_from_it():
     ahead, behind, aside = np.array([0.6, 0.0]), np.array([-0.6, 0.0]), np.array([0.0, 0.6])
     points = np.array([ahead, behind, aside])
     for mover, blocked in (
-        (a_mover((0.45, 0.0)), [True, False, False]),
-        (a_mover((0.1, 0.0)), [True, False, False]),  # it touches the robot, which may leave it
-        (a_mover((0.6, 0.0), (-1.2, 0.0)), [True, True, False]),  # faster than the robot flees, but it can dodge
-        (a_mover((0.45, 0.0), (0.0, 1.2)), [False, False, False]),  # gone when the robot is there
-        (a_mover((0.4, 0.5), (0.0, -0.5)), [True, False, False]),
+        (a_mover(0.45, 0.0), [True, False, False]),
+        (a_mover(0.1, 0.0), [True, False, False]),  # it touches the robot, which may leave it
+        (a_mover(0.6, 0.0, (-1.2, 0.0)), [True, True, False]),  # faster than the robot flees, but it can dodge
+        (a_mover(0.45, 0.0, (0.0, 1.2)), [False, False, False]),  # gone when the robot is there
+        (a_mover(0.4, 0.5, (0.0, -0.5)), [True, False, False]),
     ):
         np.testing.assert_array_equal(meets_a_mover(points, mover, at_rest((0.0, 0.0)), SETTINGS), blocked)
     assert not meets_a_mover(points, NO_MOVERS, at_rest((0.0, 0.0)), SETTINGS).any()
@@ -221,7 +218,7 @@ def test_it_drives_round_a_mover_that_stands_in_its_way(strategy, goal):
     local_map = build_local_map(scan_of(world_of(), state), state, ROBOT, settings.local_map)
     free, _ = plan_cycle(None, local_map, state, goal, settings)
     assert np.abs(free.positions[:, 1]).max() < 0.05
-    there = replace(ALL_STANDS, movers=a_mover((0.3, 0.0)))
+    there = replace(ALL_STANDS, movers=a_mover(0.3, 0.0))
     plan, _ = plan_cycle(None, replace(local_map, returns=there), state, goal, settings)
     assert not meets_a_mover(plan.aim[None], there.movers, state, settings)[0]
 
@@ -229,7 +226,7 @@ def test_it_drives_round_a_mover_that_stands_in_its_way(strategy, goal):
 def test_a_goal_beside_which_a_mover_stands_is_reached_on_its_other_side():
     settings, state, goal = SETTINGS, at_rest((0.0, 0.0)), np.array((0.4, 0.0))
     local_map = build_local_map(scan_of(world_of(), state), state, ROBOT, settings.local_map)
-    there = replace(ALL_STANDS, movers=a_mover((0.6, 0.0)))
+    there = replace(ALL_STANDS, movers=a_mover(0.6, 0.0))
     plan, _ = plan_cycle(None, replace(local_map, returns=there), state, goal, settings)
     away = np.hypot(*(plan.aim - goal))
     assert 0.0 < away < settings.planner.goal_tolerance

@@ -139,7 +139,6 @@ def in_every_node(text: str) -> str:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("teleop: {deadzone: 0.2}", "teleop.deadzone: no longer a parameter"),
         ("teleop: {deadzone: 0.2, rate: 20.0}", "teleop.deadzone and 1 more: no longer a parameter"),
         ("controller: {k_i: 2.0}", "controller.k_i: no longer a parameter"),
         ("simulator.patience: 2.0\nteleop_node: {ros__parameters: {robot.mass: 0.2}}", "simulator.patience: no"),
@@ -159,7 +158,6 @@ BAD = {
     "no effect": (in_every_node("qos_overrides./plan.publisher.depth: 9"), ["publisher.depth: has no"]),
     "unknown key": (in_every_node("planner.map_periods: 0.3"), ["planner.map_periods", "planner.map_period"]),
     "wrong type": (in_every_node("robot.max_speed: fast"), ["robot.max_speed", "'fast'", "0.05", "5"]),
-    "no value": (in_every_node("planner.strategy:"), ["planner.strategy", "None"]),
     "no sections": ("planner.strategy: harness", ["planner.strategy", "ros__parameters"]),
     "not YAML": ("/**: [", ["not YAML"]),
     "nodes that differ": (
@@ -174,10 +172,6 @@ BAD = {
         in_every_node("robot: {radius: 0.1}\n    planner.map_period: 0.3\n    robot.radius: 0.2"),
         ["robot.radius", "0.1", "0.2"],
     ),
-    "key twice in a group": (
-        in_every_node("robot:\n      radius: 0.1\n      radius: 0.2"),
-        ["line 5: radius", "line 4"],
-    ),
     "key twice in two groups": (
         in_every_node("robot: {radius: 0.1}\n    robot: {radius: 0.2}"),
         ["line 4: radius", "line 3"],
@@ -186,7 +180,6 @@ BAD = {
     "emptied group": (in_every_node("robot:"), ["robot: holds nothing"]),
     "date": (in_every_node("robot.radius: 2026-13-45"), ["robot.radius", "2026-13-45"]),
     "sexagesimal": (in_every_node("simulator.seed: 1:30"), ["simulator.seed", "'1:30'"]),
-    "underscore": (in_every_node("simulator.seed: 1_000"), ["simulator.seed", "'1_000'"]),
     "a name that is no text": (in_every_node("mocap.subject: y"), ["mocap.subject", "True", "text"]),
     "another node": ("rviz: {ros__parameters: {use_sim_time: true}}", ["rviz: unknown node", "/**", "controller_node"]),
 }

@@ -179,22 +179,16 @@ def test_velocity_after_a_hit_forgets_the_one_before():
     np.testing.assert_allclose(results[-1].state.velocity, [-0.7, 0.3], atol=1e-9)
 
 
-def test_a_hit_that_is_found_in_two_parts_is_told_once():
-    points = np.concatenate(
-        [line(30, (1.0, 0.3)), line(6, (0.1, 0.3), (0.3, 0.09)), line(30, (-0.7, 0.3), (0.306, 0.108))]
-    )
-    results, _ = feed(points)
-    assert len([r for r in results if r.impact is not None]) == 1
-    np.testing.assert_allclose(results[42].state.velocity, [-0.7, 0.3], atol=0.05)
-
-
-def test_two_walls_hit_one_soon_after_the_other_are_told_both():
-    points = np.concatenate(
-        [line(30, (1.0, 1.0)), line(6, (-0.7, 1.0), (0.3, 0.3)), line(30, (-0.7, -0.7), (0.258, 0.36))]
-    )
-    results, _ = feed(points)
-    x, y = (r.impact.change for r in results if r.impact is not None)
-    np.testing.assert_allclose([x, y], [[-1.7, 0.0], [0.0, -1.7]], atol=0.1)
+def test_a_hit_that_is_found_in_two_parts_is_told_once_and_two_walls_soon_after_each_other_both():
+    for parts, changes in (
+        ([((1.0, 0.3), (0.0, 0.0)), ((0.1, 0.3), (0.3, 0.09)), ((-0.7, 0.3), (0.306, 0.108))], [None]),
+        ([((1.0, 1.0), (0.0, 0.0)), ((-0.7, 1.0), (0.3, 0.3)), ((-0.7, -0.7), (0.258, 0.36))], [(-1.7, 0), (0, -1.7)]),
+    ):
+        ways = [line(n, *part) for n, part in zip((30, 6, 30), parts, strict=True)]
+        results, _ = feed(np.concatenate(ways))
+        for expected, found in zip(changes, (r.impact.change for r in results if r.impact is not None), strict=True):
+            assert expected is None or found == pytest.approx(expected, abs=0.1)
+        np.testing.assert_allclose(results[42].state.velocity, parts[-1][0], atol=0.05)
 
 
 # ---- refusals
@@ -257,12 +251,8 @@ def test_what_the_robot_can_reach_is_no_leap(gap, share):
     assert results[0].refused == ""
     results, _ = feed([(1.2 * reach + 0.051 + share, 0.0)], memory, begin=0.19 + gap)
     assert results[0].refused == "leap"
-
-
-def test_stamp_far_ahead_buys_no_leap():
-    _, memory = feed(line(20, (0.0, 0.0)))
-    sample = PoseSample(1000.0, np.array([2.0, 0.0]), 0.0)
-    assert filter_pose(memory, sample, 0.2, SETTINGS)[0].refused == "leap"
+    ahead = PoseSample(1000.0, np.array([2.0, 0.0]), 0.0)  # by its stamp alone
+    assert filter_pose(memory, ahead, 0.2, SETTINGS)[0].refused == "leap"
 
 
 def test_stamp_that_does_not_rise_is_refused():
@@ -297,8 +287,6 @@ def test_fields_of_a_pose_and_those_that_are_none():
         ("not_finite", math.nan, GOOD[1], GOOD[2]),
         ("not_finite", 1.0, (0.0, 0.0, math.nan), GOOD[2]),
         ("not_finite", 1.0, GOOD[1], (0.0, 0.0, math.nan, 1.0)),
-        ("zeros", 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
-        ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 0.0)),
         ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 1.02)),
     ]:
         with pytest.raises(PoseError) as error:
@@ -328,13 +316,14 @@ def refusals(results):
     return {result.refused for result in results}
 
 
-def test_a_heading_that_leaps_is_refused_for_as_long_as_it_lasts():
-    for angle in [math.pi / 2, -math.pi / 2, math.pi, -2.0]:
+def test_what_no_robot_on_a_floor_does_is_refused_for_as_long_as_it_lasts():
+    turns = [(2.8 + angle, 0.1, 0.0, "yaw") for angle in (math.pi / 2, -math.pi / 2, math.pi, -2.0)]
+    for *fault, reason in (*turns, (2.8, 0.1, 0.5, "tilt"), (2.8, 0.3, 0.0, "height"), (2.8, -0.1, 0.0, "height")):
         _, memory = feed_tilted(upright(30, yaw=2.8))
-        results, memory = feed_tilted(upright(1000, yaw=2.8 + angle), memory, 30)
-        assert refusals(results) == {"yaw"}, angle
-        results, _ = feed_tilted(upright(5, yaw=2.8), memory, 1030)
-        assert refusals(results) == {""}, angle
+        results, memory = feed_tilted([fault] * 300, memory, 30)
+        assert refusals(results[0 if reason == "yaw" else 6 :]) == {reason}, fault
+        results, _ = feed_tilted(upright(5, yaw=2.8), memory, 330)
+        assert refusals(results) == {""}, fault
 
 
 @given(angle=st.floats(0.3, 1.5))
@@ -385,15 +374,6 @@ def test_carried_and_turned_is_a_relocation_however_near(leap, turn):
         results.append(result)
     assert [k for k, result in enumerate(results) if result.kidnapped] == [50]
     assert results[-1].state is not None
-
-
-def test_tipped_lifted_or_let_down_is_refused_for_as_long_as_it_lasts():
-    for fault, reason in [((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height"), ((0.0, -0.1, 0.0), "height")]:
-        _, memory = feed_tilted(upright(30))
-        results, memory = feed_tilted([fault] * 1000, memory, 30)
-        assert refusals(results[6:]) == {reason}, (fault, reason)
-        results, _ = feed_tilted(upright(5), memory, 1030)
-        assert refusals(results) == {""}, (fault, reason)
 
 
 def test_single_tipped_poses_are_left_out_and_stop_nobody():
@@ -497,8 +477,8 @@ def uneven():
 
 
 RECEIPTS = {
-    **{f"bursts of {n}": bursts(n) for n in (2, 3, 4, 5, 6, 7, 8, 12, 20)},
-    **{f"stalls of {t} s": stalls(t) for t in (0.04, 0.06, 0.08, 0.12, 0.2)},
+    **{f"bursts of {n}": bursts(n) for n in (2, 4, 5, 8, 20)},
+    **{f"stalls of {t} s": stalls(t) for t in (0.06, 0.12, 0.2)},
     "uneven": uneven(),
 }
 
@@ -519,16 +499,23 @@ def on_a_circle(receipts, rate=0.0):
 
 
 @pytest.mark.parametrize("name", RECEIPTS)
-def test_stamps_of_receipt_give_no_speed_and_no_impact_that_the_robot_cannot_have(name):
-    speeds, impacts, refused = on_a_circle(RECEIPTS[name])
-    assert impacts == 0
+def test_no_stamps_give_a_speed_or_an_impact_that_the_robot_cannot_have_and_even_ones_give_its_own(name):
+    receipts = RECEIPTS[name]
+    speeds, impacts, refused = on_a_circle(receipts)
+    assert (impacts, refused) == (0, {""})
     assert not len(speeds) or speeds.max() <= speed_limit(SETTINGS)
-    assert refused == {""}
-    silent = np.diff(RECEIPTS[name]).max() > SETTINGS.limits.pose_age
-    assert silent or len(speeds) == pytest.approx(len(RECEIPTS[name]), rel=0.01)
+    silent = np.diff(receipts).max() > SETTINGS.limits.pose_age
+    assert silent or len(speeds) == pytest.approx(len(receipts), rel=0.01)
+    if name in ("bursts of 20", "stalls of 0.2 s"):
+        return
+    speeds, impacts, _ = on_a_circle(receipts, rate=100.0)
+    assert impacts == 0
+    assert len(speeds) > 0.9 * len(receipts)
+    assert np.median(speeds) == pytest.approx(1.0, abs=0.05)
+    assert np.percentile(np.abs(speeds - 1.0), 95) < 0.35
 
 
-@pytest.mark.parametrize(("n", "rate"), [(2, 0.0), (3, 0.0), (4, 0.0), (5, 100.0), (8, 100.0)])
+@pytest.mark.parametrize(("n", "rate"), [(2, 0.0), (4, 0.0), (5, 100.0), (8, 100.0)])
 def test_a_hit_is_found_in_bursts_too_once_and_where_it_was(n, rate):
     """From 50 ms on with even stamps alone."""
     points = np.concatenate([line(1500, (0.6, 0.1)), line(1500, (-0.4, 0.1), (9.0, 1.5))])
@@ -553,15 +540,6 @@ def test_a_value_sent_again_before_the_next_is_measured_is_no_stop():
     speeds = [np.hypot(*result.state.velocity) for result in results[20:200] if result.state is not None]
     np.testing.assert_allclose(speeds, 0.3, atol=1e-6)
     assert all(np.hypot(*result.state.velocity) < 1e-6 for result in results[230:])
-
-
-@pytest.mark.parametrize("name", [name for name in RECEIPTS if name not in ("bursts of 20", "stalls of 0.2 s")])
-def test_even_stamps_give_the_speed_that_such_poses_show(name):
-    speeds, impacts, _ = on_a_circle(RECEIPTS[name], rate=100.0)
-    assert impacts == 0
-    assert len(speeds) > 0.9 * len(RECEIPTS[name])
-    assert np.median(speeds) == pytest.approx(1.0, abs=0.05)
-    assert np.percentile(np.abs(speeds - 1.0), 95) < 0.35
 
 
 def test_even_stamps_follow_a_clock_and_begin_anew_after_a_silence():
@@ -610,11 +588,6 @@ def test_a_speed_that_cannot_be_is_refused_and_trusted_again_after_a_time():
 # ---- why a pose was refused
 
 
-def refusal_of(sample, before):
-    result, _ = filter_pose(before, sample, sample.stamp, SETTINGS)
-    return why_refused(result.refused, sample, before, SETTINGS, result.speed)
-
-
 WHY = (
     (PoseSample(0.0, np.zeros(2), 0.0), ("0.000 s is not later than the last, 0.190 s", "receiver stamp")),
     (PoseSample(-5.0, np.zeros(2), 0.0), ("-5.000 s", "later than the last, 0.190 s")),
@@ -627,11 +600,12 @@ WHY = (
 )
 
 
-@pytest.mark.parametrize(("sample", "words"), WHY)
-def test_a_refusal_names_value_expectation_and_parameter(sample, words):
+def test_a_refusal_names_value_expectation_and_parameter():
     _, memory = feed(line(20, (1.0, 0.0)))
-    why = refusal_of(sample, memory)
-    assert all(word in why for word in words), why
+    for sample, words in WHY:
+        result, _ = filter_pose(memory, sample, sample.stamp, SETTINGS)
+        why = why_refused(result.refused, sample, memory, SETTINGS, result.speed)
+        assert all(word in why for word in words), why
 
 
 def test_a_speed_that_cannot_be_asks_for_the_stamps():
@@ -646,16 +620,8 @@ def test_a_speed_that_cannot_be_asks_for_the_stamps():
     assert all(word in why for word in ("poses within", "expected at most 1.57", "mocap.rate")), why
 
 
-@pytest.mark.parametrize(
-    ("stamps", "elapsed", "expected"),
-    [
-        (0.001, 1.0, "0.001 s of stamps in 1.00 s"),
-        (1000.0, 1.0, "header.stamp"),
-        (0.4, 1.0, "0.4 s"),
-        (1.0, 2.0, "1 s of stamps in 2.00 s"),
-        (2.5, 1.0, "2.5 s"),
-    ],
-)
-def test_stamps_that_do_not_run_as_time_does_are_named(stamps, elapsed, expected):
-    assert expected in why_clock_is_wrong(stamps, elapsed)
-    assert why_clock_is_wrong(elapsed, elapsed) == why_clock_is_wrong(0.7 * elapsed, elapsed) == ""
+def test_stamps_that_do_not_run_as_time_does_are_named():
+    for stamps, elapsed in ((0.001, 1.0), (0.4, 1.0), (1.0, 2.0), (2.5, 1.0)):
+        assert f"{stamps:g} s of stamps in {elapsed:.2f} s" in why_clock_is_wrong(stamps, elapsed)
+        assert why_clock_is_wrong(elapsed, elapsed) == why_clock_is_wrong(0.7 * elapsed, elapsed) == ""
+    assert "header.stamp" in why_clock_is_wrong(1000.0, 1.0)

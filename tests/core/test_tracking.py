@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collplan_core.command import STOPPED, Command, stopped
 from collplan_core.control.follow import INTEGRAL_LIMIT, K_I, clip_command, hold_heading, pid, saturate, to_body
 from collplan_core.control.reference import found_reference, sample_reference
 from collplan_core.parameters import Control, Limits, Robot
-from collplan_core.plan import Plan, timed_path
 from collplan_core.velocity_bounds import velocity_bounds
 from scenes import rotation, unit
 
@@ -103,12 +101,3 @@ def test_the_reference_rests_at_its_end_once_past():
     assert not velocity.any()
     position, _ = sample_reference(PARABOLA, 9.0)
     np.testing.assert_allclose(position, PARABOLA.positions[0])
-
-
-def plan(begin: float = 0.0, end: float = 4.0) -> Plan:
-    line = np.array([[0.0, 0.0], [1.0, 0.0]])
-    return timed_path(begin, np.array([begin, end]), line, 0.0 * line)
-
-
-def command(maneuver: str) -> Command:
-    return stopped("no plan yet") if maneuver == STOPPED else Command(np.ones(2), 0.0, maneuver, np.zeros(2))

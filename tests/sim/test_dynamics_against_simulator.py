@@ -1,4 +1,4 @@
-"""The dynamics against the simulated robot without noise: the same commands from a state, and a trajectory followed."""
+"""The dynamics against the simulated robot without noise: the same commands from a state."""
 
 from functools import cache
 from itertools import product
@@ -6,25 +6,19 @@ from itertools import product
 import numpy as np
 import pytest
 
-from collplan_core.control.feed_forward import feed_forward
-from collplan_core.control.follow import FULL_ACCELERATION_LEAD, saturate
-from collplan_core.control.reference import found_reference
 from collplan_core.plane import rotate
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
 from collplan_core.time_to_goal_planner.known_map import given_map
-from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem, problem_of, robot_model
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem, problem_of
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
-from collplan_core.velocity_bounds import velocity_bounds
 from collplan_core.worlds import World
 from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import QUIET, RADIUS, make_world, unit
 
 SETTINGS = QUIET.with_values({"planner.strategy": "bounce", "remembered.side": 4.0})
-MODEL = robot_model(SETTINGS)
 SPEED = SETTINGS.robot.max_speed
-PERIOD = 1.0 / SETTINGS.controller.rate
 INTERVALS = round(1.0 / CONTROL_INTERVAL)
 ORIGIN = np.zeros(2)
 FAR_AWAY = np.array([-1.7, -1.7])
@@ -138,15 +132,3 @@ def test_a_second_with_bounces_in_a_corner_ends_within_1_cm():
         distance, contacts, impacts = compared(CORNER, (1.0, 0.6), np.tile(command, (INTERVALS, 1)))
         assert distance < 0.015, command
         assert min(len(contacts), len(impacts)) >= 2, command
-
-
-def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
-    """The robot driven along a rollout by its feed-forward alone, at the controller's rate."""
-    reference = found_reference(rows[:, 0], rows[:, 1:3], MODEL.wheels.max_acceleration)
-
-    def command(time: float) -> np.ndarray:
-        bounds = velocity_bounds(SETTINGS.robot)
-        forward = feed_forward(reference, time, PERIOD, MODEL.wheels, bounds, FULL_ACCELERATION_LEAD)
-        return saturate(np.array(forward), SPEED)
-
-    return simulated(world, rows[0, 3:], command, PERIOD)

@@ -1,15 +1,12 @@
-"""What holds whichever engine computes the contacts, and what is said when one is not installed."""
-
-import sys
+"""What holds whichever engine computes the contacts."""
 
 import numpy as np
 import pytest
 
 from collplan_core.parameters import Settings
-from collplan_core.parameters.spec import ParameterError
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial import run_trial
-from physics_scenes import QUIET, make_world, quiet, unit
+from physics_scenes import make_world, quiet, unit
 
 SPREADS = {"simulator.restitution_spread": 0.1, "simulator.friction_spread": 0.1, "simulator.wall_spread": 0.2}
 MISSING = "MuJoCo is not installed: it needs Python 3.11"
@@ -55,10 +52,3 @@ def test_the_drive_is_the_same_with_each():
                 sim.step()
             velocities.append([*sim.state.velocity, sim.spin])
         np.testing.assert_allclose(*velocities, atol=2e-3)
-
-
-def test_an_engine_that_is_not_installed_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(ParameterError, match="install mujoco-core"):
-        Simulator(make_world(), quiet(engine="mujoco"), 0, start=np.zeros(2))
-    Simulator(make_world(), QUIET, 0, start=np.zeros(2)).step()

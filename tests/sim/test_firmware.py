@@ -8,7 +8,6 @@ from math import pi
 import numpy as np
 import pytest
 from c_compiler import NEEDS_COMPILER
-from hypothesis import strategies as st
 
 from collplan_core.parameters import EmulatorFaults, Settings
 from collplan_core.parameters.spec import ParameterError
@@ -16,11 +15,7 @@ from collplan_core.worlds import parse_world
 from firmware_bench import CommandedSimulator
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.messages import (
-    ARMED,
-    ESTOP_PRESSED,
-    EXPIRED,
     HOLD,
-    NEVER,
     SENSES_IMPACTS,
     Announce,
     CommandMessage,
@@ -30,14 +25,12 @@ from omnipuck_driver.messages import (
 )
 from omnipuck_sim.emulator.c_firmware import CFirmware
 from omnipuck_sim.emulator.faults import BadLine
-from omnipuck_sim.emulator.firmware import MOST_ACCELERATION, Firmware
+from omnipuck_sim.emulator.firmware import Firmware
 
 HALL = parse_world({"name": "hall", "bounds": [-1.0, -1.0, 9.0, 1.0], "start": [0.0, 0.0]}, "hall")
 FORWARD = (-20.0, 0.0, 20.0)
 REST = (0.0, 0.0, 0.0)
 CAPS = WheelCaps(60.0, 512.0)
-WHEEL = st.floats(width=32, allow_nan=False, allow_infinity=False)
-OWN_CAPS = WheelCaps(Settings().kinematics.max_wheel_speed, MOST_ACCELERATION)
 FIRMWARES = {"emulated": (Firmware, "emulator 2", 0.0), "reference in C": (CFirmware, "reference 2", 1e-3)}
 
 
@@ -69,6 +62,7 @@ class Device:
         self.firmware = self.kind(self.simulator, used, boot=7)
         self.encoder, self.decoder = Encoder(), Decoder()
         self.told: list[Telemetry] = []
+        self.senses = SENSES_IMPACTS if emulator.get("senses_impacts") else 0
         self.heard(self.firmware.booted())
         self.released = 0
 
@@ -98,37 +92,41 @@ class Device:
                 self.firmware.sense(impact)
 
     def armed(self) -> "Device":
-        self.say(Hello(42, CAPS))
+        assert self.say(Hello(42, CAPS)) == [Announce(42, 7, self.senses, 3, 500, CAPS, self.name)]
         self.command(REST)
         self.release()
         return self
-
-    @property
-    def is_armed(self) -> bool:
-        return bool(self.telemetry.status & ARMED)
 
     @property
     def telemetry(self) -> Telemetry:
         self.heard(self.firmware.telemetry())
         return self.told[-1]
 
-    @property
-    def turning(self) -> bool:
-        return self.telemetry.command_age != NEVER
 
+def test_each_stop_is_told_with_its_cause_and_a_life_by_the_clock_of_the_device():
+    device, causes = Device().armed(), []
 
-def test_hello_is_answered_once_with_what_it_is_and_ends_a_session_where_it_names_none():
-    device = Device()
-    announced = [Announce(42, 7, 0, 3, 500, CAPS, Device.name)]
-    assert device.say(Hello(41, CAPS), Hello(42, CAPS), Hello(42, CAPS)) == announced
-    for _ in range(2):
-        assert device.say(Hello(42, CAPS)) == announced
-        assert device.say(Hello(0, CAPS)) == [Announce(0, 7, 0, 3, 500, OWN_CAPS, Device.name)]
-        assert device.telemetry.session == 0
-        assert (device.telemetry.echo, device.telemetry.echo_delay) == (0, NEVER)
-    # its own caps hold where larger ones are asked for
-    assert device.say(Hello(43, WheelCaps(1e6, 1e6)))[0].caps == OWN_CAPS
-    assert Device(senses_impacts=True).say(Hello(1, CAPS))[0].capabilities == SENSES_IMPACTS
+    def pressed():
+        device.firmware.estop_pressed = True
+
+    for stop in (
+        lambda: device.command(FORWARD, flags=HOLD),
+        lambda: (device.say(Hello(43, CAPS)), device.say(Hello(42, CAPS)), device.command(REST), device.release()),
+        pressed,
+    ):
+        device.release()
+        device.command(FORWARD)
+        device.run(0.01)
+        stop()
+        device.run(0.01)
+        causes += [each.cause for each in device.firmware.take_stops()]
+    assert causes == ["hold", "session", "emergency stop"]
+    device = Device().armed()
+    device.command(FORWARD, life=0.15, age=50)
+    device.run(0.3)
+    (stop,) = device.firmware.take_stops()
+    assert (stop.time, stop.cause) == (pytest.approx(0.15), "life")
+    assert stop.age == pytest.approx(0.2, abs=Device.resolution or 2e-7)
 
 
 def test_what_it_cannot_pretend_is_refused():
@@ -138,54 +136,6 @@ def test_what_it_cannot_pretend_is_refused():
     for wrong in ("n_wheels=4", "protocol_version=3"):
         with pytest.raises(ParameterError, match=rf"^emulator\.faults: got {wrong}, expected"):
             Device(faults=wrong)
-
-
-def test_a_command_ends_with_its_life_by_the_clock_of_the_device():
-    device = Device().armed()
-    device.command(FORWARD, life=0.15, age=50)
-    assert not device.telemetry.status & EXPIRED
-    device.run(0.3)
-    (stop,) = device.firmware.take_stops()
-    assert (stop.time, stop.cause) == (pytest.approx(0.15), "life")
-    assert stop.age == pytest.approx(0.2, abs=Device.resolution or 2e-7)
-    # a fresh command before the next telemetry does not hide it
-    device.command(FORWARD)
-    assert device.turning
-    assert any(telemetry.status & EXPIRED for telemetry in device.told)
-    assert not device.telemetry.status & EXPIRED
-    device.command(FORWARD, life=60.0)
-    device.run(1.0)
-    assert device.firmware.take_stops()[0].time == pytest.approx(0.3 + 0.5, abs=2 * Device.resolution + 1e-6)
-
-
-def test_a_new_session_a_host_that_holds_it_and_silence_stop_and_disarm():
-    device = Device().armed()
-    device.command(FORWARD)
-    device.run(0.01)
-    device.command(FORWARD, flags=HOLD)
-    assert device.firmware.take_stops()[0].cause == "hold"
-    device.command(FORWARD)
-    assert not device.turning
-    device.release()
-    device.command(FORWARD)
-    assert device.turning
-    device.run(0.01)
-    device.say(Hello(43, CAPS))
-    assert device.firmware.take_stops()[0].cause == "session"
-    assert not device.is_armed
-    device.command(REST, session=43)
-    device.run(1.1)
-    assert (device.telemetry.session, device.is_armed) == (0, False)
-
-
-def test_a_pressed_button_stops_it():
-    device = Device().armed()
-    device.command(FORWARD)
-    device.run(0.01)
-    device.firmware.estop_pressed = True
-    device.run(0.01)
-    assert device.firmware.take_stops()[0].cause == "emergency stop"
-    assert device.telemetry.status & ESTOP_PRESSED
 
 
 def test_a_ring_that_senses_measures_the_change_of_velocity_in_the_body_frame():

@@ -24,7 +24,6 @@ from physics_scenes import (
     unit,
 )
 
-SPEEDS = (0.3, 0.7, 1.2)
 RINGS = ({}, {"contact_time": 0.04}, {"friction": 0.03}, {"friction": 0.5}, {"restitution": 0.4})
 
 

@@ -117,6 +117,16 @@ def test_a_gap_hardly_wider_than_the_robot_is_passed_where_there_is_no_other_way
     assert result.outcome == REACHED
 
 
+@each_shift
+def test_bounce_of_a_robot_whose_axes_are_limited_each_on_its_own_reaches_the_goal_of_a_serpentine(shift):
+    settings = SETTINGS.with_values({"planner.strategy": "bounce", "robot.velocity_shape": "box"})
+    result, v_max = run_trial(shifted("serpentine:2", shift), settings, 1), settings.robot.max_speed
+    assert result.reached
+    assert result.deliberate.any()
+    assert np.abs(result.commands[:, 1:3]).max() <= v_max * (1 + 1e-9)
+    assert np.hypot(*result.commands[:, 1:3].T).max() > 1.2 * v_max
+
+
 @pytest.mark.soak
 def test_avoid_hardly_ever_touches():
     """One of these 40 runs does; with a margin of 1.5 cm 8 do, by noise of the drive."""

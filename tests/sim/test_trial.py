@@ -1,5 +1,6 @@
-"""The closed loop without ROS, with the paper's strategies."""
+"""The closed loop without ROS, with the paper's strategies; a goal is reached at rest with every strategy."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,13 +8,14 @@ import pytest
 
 from collplan_core.command import MANEUVERS
 from collplan_core.evaluation.run_end import ACTUATION_BIAS, ACTUATION_NOISE, REACHED, STUCK, TIMEOUT
+from collplan_core.goal import AT_REST
 from collplan_core.parameters import ParameterError, Settings
 from collplan_core.planners import map_period_of
-from collplan_core.strategies import PAPER_WEIGHTS
+from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.worlds import WorldError, load_world
 from omnipuck_sim.trial import run_trial
 from omnipuck_sim.trial_record import TrialResult
-from physics_scenes import make_world
+from physics_scenes import RADIUS, make_world
 
 ARENAS = ("corridor", "l_corridor", "slalom")
 STRATEGIES = sorted(PAPER_WEIGHTS)
@@ -33,22 +35,9 @@ def trial(world: str, strategy: str, seed: int = 0) -> TrialResult:
     return run_trial(load_world(world), settings_of(strategy), seed)
 
 
-def not_reached(runs) -> list:
-    return [run for run in runs if trial(*run).outcome != REACHED]
-
-
-def test_every_strategy_reaches_the_goal_of_every_arena_and_of_some_random_worlds():
-    arenas = [(world, strategy) for world in ARENAS for strategy in STRATEGIES]
-    assert not not_reached([*arenas, *((f"random:{n}", s, n) for n in (0, 10, 20) for s in STRATEGIES)])
-
-
-@pytest.mark.soak
-def test_the_arenas_and_random_worlds_are_reached_over_many_seeds():
-    runs = [(w, s, seed) for w in ARENAS for s in STRATEGIES for seed in range(20)]
-    assert len(not_reached(runs)) <= 0.02 * len(runs), not_reached(runs)
-    for strategy in STRATEGIES:
-        failed = not_reached([(f"random:{seed}", strategy, seed) for seed in range(100)])
-        assert len(failed) <= 2, failed
+def test_every_strategy_reaches_the_goal_of_every_arena_and_of_a_random_world():
+    runs = [(world, strategy) for world in (*ARENAS, "random:10") for strategy in STRATEGIES]
+    assert [run for run in runs if trial(*run).outcome != REACHED] == []
 
 
 def takes_passage(run: TrialResult) -> bool:
@@ -96,12 +85,6 @@ def test_how_runs_end_that_do_not_arrive():
     closed = run_trial(room, quick, 0, goal=np.array([3.0, 0.0]))
     assert (closed.outcome, closed.arrival_time, len(closed.plans)) == (STUCK, 5.0, 0)
 
-    pillar = [[0.8, -0.3], [1.4, -0.3], [1.4, 0.3], [0.8, 0.3]]
-    world = make_world([pillar], walled=True, bounds=(-1.0, -1.0, 2.0, 1.0), start=np.zeros(2))
-    inside = run_trial(world, quick, 0, goal=np.array([1.1, 0.0]))
-    assert inside.outcome in (STUCK, TIMEOUT)
-    assert inside.arrival_time == 5.0
-
     late = run_trial(load_world("corridor"), settings_of("harness", **{"trial.timeout": 1.0}), 0)
     assert (late.outcome, late.arrival_time) == (TIMEOUT, 1.0)
     # the limit counts from the first plan, the trajectory from the first command, one control period later at most
@@ -124,3 +107,26 @@ def test_without_start_or_goal_there_is_no_run():
 def test_a_planner_that_can_hold_no_map_is_given_none():
     with pytest.raises(ParameterError, match=r"known_map.*harness.*bounce"):
         run_trial(load_world("corridor"), settings_of("harness").with_values({"trial.known_map": True}), 0)
+
+
+GOAL = np.array([0.8, 0.0])
+NOISE = 0.07
+"""A velocity measured as rest may truly be so much faster: three deviations of the noise [m/s]."""
+
+
+@pytest.mark.parametrize(
+    ("strategy", "behind"), [*((name, RADIUS + 0.05) for name in (*PAPER_WEIGHTS, *TIME_TO_GOAL)), ("bounce", 1.0)]
+)
+def test_every_strategy_comes_to_rest_at_the_goal(strategy, behind):
+    hall = make_world([], walled=True, bounds=(-1.1, -0.4, GOAL[0] + behind, 0.4))
+    world = replace(hall, start=np.array([-0.9, 0.0]), goal=GOAL)
+    settings = Settings().with_values({"planner.strategy": strategy, "planner.stop_at_goal": True})
+    result = run_trial(world, settings, 0)
+    assert result.outcome == REACHED
+    distances = np.hypot(*(result.trajectory[:, 1:3] - GOAL).T)
+    speeds = np.hypot(*result.trajectory[:, 3:].T)
+    within = distances <= settings.planner.goal_tolerance
+    assert distances[-1] <= settings.planner.goal_tolerance + 0.01
+    assert speeds[-1] <= AT_REST + NOISE
+    assert speeds[within.argmax()] > AT_REST  # it went on after it had come near
+    assert result.arrival_time < 6.0

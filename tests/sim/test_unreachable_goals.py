@@ -56,14 +56,9 @@ CASES = {
 }
 MORE = {
     "closed box, no memory": (BOX, "harness", NO_NEARER, 40.0),
-    "door 5 mm too narrow": (door(0.175), "avoid", STANDS, 15.0),
     "door 15 mm too narrow": (door(0.165), "avoid", CLOSED, 15.0),
-    "closed box, avoid": (BOX, "avoid", CLOSED, 20.0),
-    "slot": (SLOT, "bounce", CLOSED, 20.0),
     "slot, no memory": (SLOT, "low_risk", NO_NEARER, 60.0),
-    "door, bounce": (door(0.175), "bounce", STANDS, 15.0),
-    "door 15 mm too narrow, bounce": (door(0.165), "bounce", CLOSED, 15.0),
-    "gap, bounce": (CORNERS, "bounce", CLOSED, 6.0),
+    "door 5 mm too narrow": (door(0.175), "bounce", STANDS, 15.0),
 }
 NEAR = {
     "door 5 mm wider than the robot": (door(0.185), "avoid", 5.0),
@@ -72,9 +67,7 @@ NEAR = {
     "5 cm from a wall, no memory": (at_wall(0.05), "harness", 4.0),
 }
 MORE_NEAR = {
-    "pocket, avoid": (pocket(4.0), "avoid", 20.0),
     "1 cm from a wall": (at_wall(0.01), "avoid", 6.0),
-    "1 cm from a wall, no memory": (at_wall(0.01), "low_risk", 4.0),
 }
 
 

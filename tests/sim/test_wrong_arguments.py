@@ -87,6 +87,6 @@ def test_a_list_is_as_good_as_an_array_and_a_name_as_a_world(own_names, tmp_path
     assert made.positions.dtype == made.times.dtype == float
     register("mine", Planner(plan, 1))
     assert planner_for("mine").plan(5, None, STATE, None, None)[1] == 5
-    quick = SETTINGS.with_values({"trial.timeout": 1.0})
+    quick = SETTINGS.with_values({"trial.timeout": 1.0, "planner.strategy": "bounce", "time_to_goal.proposals": 20})
     result = run_trial("floor", quick, 0, goal=FLOOR.goal.tolist(), journal=str(tmp_path / "trial.journal"))
     np.testing.assert_array_equal(result.trajectory, run_trial(FLOOR, quick, 0).trajectory)
