@@ -91,7 +91,10 @@ def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path
         assert list(raw_messages(recording, ["clock"]))
 
 
-@pytest.mark.parametrize(("options", "nodes"), [(SLOWLY, set()), (IN_PROCESSES, NODES)])
+ALONE = pytest.param(SLOWLY, set(), marks=pytest.mark.soak)
+
+
+@pytest.mark.parametrize(("options", "nodes"), [ALONE, (IN_PROCESSES, NODES)])
 def test_ctrl_c_stops_everything_in_order(tmp_path, options, nodes):
     with Run(tmp_path / "runs", *options) as run:
         wait_for(run.moving)
@@ -105,10 +108,8 @@ def test_ctrl_c_stops_everything_in_order(tmp_path, options, nodes):
     assert "killed" not in run.text
 
 
-OTHERS = [pytest.param(node, marks=pytest.mark.soak) for node in sorted(NODES - {"planner_node"})]
-
-
-@pytest.mark.parametrize("node", ["planner_node", *OTHERS])
+@pytest.mark.soak
+@pytest.mark.parametrize("node", sorted(NODES))
 def test_a_node_that_dies_is_named_and_ends_the_run(tmp_path, node):
     with Run(tmp_path / "runs", *IN_PROCESSES) as run:
         wait_for(run.moving)
