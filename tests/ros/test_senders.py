@@ -1,13 +1,13 @@
 """Two publishers of what one alone may send are named; one that was started again, or is silent, is none."""
 
 import pytest
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
 from terminal import ERROR, Terminal
 
-from collplan_ros.messages.qos import POSE_PUBLISHED, SENSOR_DATA
+from collplan_ros.messages.qos import SENSOR_DATA
 from collplan_ros.node_kit.senders import Senders
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -56,13 +56,12 @@ def transforms(real_messages, child="odom"):
 TIED = {"mocap.format": "odometry", "mocap.topic": "/odom", "mocap.frame": "odom", "mocap.localised": True}
 
 
-@pytest.mark.parametrize("what", ["mocap", "scan", "tf", "tf_static"])
+@pytest.mark.parametrize("what", ["scan", "tf", "tf_static"])
 def test_both_are_named_once_in_the_log_and_on_diagnostics_and_nothing_of_one(ros, real_messages, what):
     terminal = Terminal(ros)
     first, second = nodes_of(ros, "receiver", "second_receiver")
     kind, transform = transforms(real_messages)
     node, topic, message, qos, parameters = {
-        "mocap": (MocapNode, "/mocap/pose", PoseStamped(), POSE_PUBLISHED, {}),
         "scan": (ControllerNode, "/scan", LaserScan(), SENSOR_DATA, {}),
         "tf": (MocapNode, "/tf", transform, 100, TIED),
         "tf_static": (MocapNode, "/tf", transform, 100, TIED),
