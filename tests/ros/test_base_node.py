@@ -126,13 +126,16 @@ def test_a_stopped_base_that_drives_on_is_told_too(ros):
     assert "emergency stop" in bench.state or bench.health.says("drives on")
 
 
-def test_a_base_that_stands_or_brakes_in_time_is_not(ros):
+def test_a_base_that_stands_or_brakes_in_time_is_not_and_its_nodes_last_word_is_zero(ros):
     bench = BaseBench(ros)
     bench.go()
     bench.velocity = (0.0, 0.0)
     for k in range(60):
         bench.moves_at(max(0.05, 0.45 - 0.03 * k))
     assert "drives on" not in bench.state
+    bench.go()
+    bench.node.stop()
+    bench.until(lambda: bench.speed == 0.0)
 
 
 def test_nobody_listens_and_somebody_else_sends(ros):
@@ -160,10 +163,3 @@ def test_refused_parameters(ros):
     ):
         with pytest.raises(ParameterError, match=words):
             ros.make(BaseNode, parameters)
-
-
-def test_its_last_words_are_zero(ros):
-    bench = BaseBench(ros)
-    bench.go()
-    bench.node.stop()
-    bench.until(lambda: bench.speed == 0.0)
