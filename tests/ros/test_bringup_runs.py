@@ -163,6 +163,7 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
     ("meet", "code", "outcome", "reason"),
     [
         (Played.succeed, 0, "reached", ""),
+        (lambda _: None, 1, "timeout", "planner_node: no way"),
         (Played.drive_on, 3, "drives_on", "the robot drives on at 0.40 m/s"),
         (Played.be_held_at_last, 3, "drives_on", "then the robot was held: the base drives on"),
         (Played.fall_silent_on_the_way_back, 3, "graph_lost", "nothing on /mocap/odom"),

@@ -131,6 +131,12 @@ def test_a_trajectory_is_followed_before_the_path_of_its_stamp_which_may_be_lost
     bench.publish(Path, "plan", plan_to_path(plan, "map"), NEWEST)
     ros.spin(1.5)  # more than limits.plan_age
     assert ros.wait_until(bench.moves), bench.states
+    # its last word
+    ros.spin(0.02)
+    bench.node.stop()
+    last = len(bench.commands)
+    assert ros.wait_until(lambda: len(bench.commands) > last)
+    assert not is_moving(bench.commands[last])
 
 
 def not_a_number(path):
@@ -159,16 +165,8 @@ def test_what_cannot_be_used_is_counted_by_kind_and_never_moves_the_robot(ros, b
     assert not any(map(is_moving, bench.commands))
 
 
-def test_plans_without_a_goal_are_no_news(ros):
-    terminal = Terminal(ros)
-    bench = Bench(ros)
-    bench.plans_on = True
-    assert ros.wait_until(lambda: len(bench.commands) > 50)
-    assert not [text for _, text in terminal.lines(bench.node) if "plan refused" in text]
-    assert bench.stands("no active goal")
-
-
-def test_stands_still_where_constants_differ_which_a_goal_makes_a_warning(ros, bench):
+def test_stands_still_where_constants_differ_which_a_goal_makes_a_warning_and_plans_without_one_are_no_news(ros):
+    terminal, bench = Terminal(ros), Bench(ros)
     values = [KeyValue(key="robot.radius", value="0.15")]
     other = DiagnosticStatus(name="/driver_node", message="another hash", values=values)
     bench.publish(DiagnosticStatus, "shared_constants", other, CONSTANTS_PUBLISHED)
@@ -176,6 +174,9 @@ def test_stands_still_where_constants_differ_which_a_goal_makes_a_warning(ros, b
     assert ros.wait_until(lambda: bench.states and reason in bench.states[-1].message)
     assert bench.states[-1].level == DiagnosticStatus.OK
     bench.plans_on = True
+    heard = len(bench.commands)
+    assert ros.wait_until(lambda: len(bench.commands) > heard + 20)
+    assert not [text for _, text in terminal.lines(bench.node) if "plan refused" in text]
     bench.give_goal()
     assert ros.wait_until(lambda: bench.states[-1].level == DiagnosticStatus.WARN)
     assert reason in bench.states[-1].message
@@ -191,15 +192,6 @@ def test_after_a_heartbeat_its_silence_stops_until_it_comes_again_and_without_on
     assert bench.stands(f"limit {Limits().heartbeat_age:.2f} s")
     ros.probe.create_timer(BEAT_PERIOD, lambda: beat.publish(Empty()))
     assert ros.wait_until(lambda: "heartbeat" not in bench.states[-1].message)
-
-
-def test_stop_commands_zero(ros, bench):
-    bench.drive()
-    ros.spin(0.02)
-    bench.node.stop()
-    last = len(bench.commands)
-    assert ros.wait_until(lambda: len(bench.commands) > last)
-    assert not is_moving(bench.commands[last])
 
 
 class Hand:

@@ -89,23 +89,17 @@ def test_a_client_learns_how_far_the_robot_is_and_that_it_arrived(ros, bench):
     assert goal.outcome() == (SUCCEEDED, bench.action.Result.NONE, "goal succeeded")
 
 
-def test_a_client_cancels_its_goal(ros, bench):
+def test_a_goal_is_canceled_replaced_by_either_kind_or_refused(ros, bench):
     goal = bench.driving()
     assert goal.cancel()
     assert goal.outcome() == (CANCELED, 0, "goal canceled")
     assert not goal.cancel()
-
-
-def test_a_newer_goal_of_either_kind_replaces_one(ros, bench):
     first, second = bench.driving(), bench.driving(1.5)
     assert first.outcome() == (ABORTED, FAILED, REPLACED)
     assert not first.cancel()
     assert not second.has_ended
     ros.publisher(PoseStamped, "goal_pose", EVENT).publish(goal_to_message(np.array([1.0, 0.0]), "map"))
     assert second.outcome() == (ABORTED, FAILED, REPLACED)
-
-
-def test_a_goal_is_aborted_where_somebody_else_cancels_or_it_is_refused(ros, bench):
     goal = bench.driving()
     assert ros.call(Trigger, "cancel").success
     assert goal.outcome() == (ABORTED, 0, "goal canceled")

@@ -4,14 +4,9 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
-from rclpy.serialization import serialize_message
-from straight_planner import STRAIGHT
 
-from collplan_core.planners import PLANNERS
-from collplan_core.worlds import load_world, save_world
+from collplan_core.worlds import load_world
 from collplan_ros.messages.qos import EVENT
-from collplan_ros.messages.raw_reading import plan_from_path
-from fake_robot import hall
 from simulated_graph import Graph
 
 
@@ -43,16 +38,3 @@ def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros):
     assert ros.wait_until(lambda: len(graph.commands) >= 2 and graph.maneuvers[-1].data == "stopped")
     last = graph.commands[-1]
     assert (last.linear.x, last.linear.y, last.angular.z) == (0.0, 0.0, 0.0)
-
-
-def test_a_third_planner_drives_through_the_graph(ros, tmp_path, monkeypatch):
-    """Straight to the goal: a folder and a line in the table of planners, and no node knows of it."""
-    monkeypatch.setitem(PLANNERS, "custom", STRAIGHT)
-    path = tmp_path / "hall.yaml"
-    save_world(hall(), path)
-    graph = Graph(ros, str(path), planner__strategy="custom")
-    graph.send_goal(hall().goal)
-    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, clock=lambda: graph.state.stamp)
-    assert {m.data for m in graph.maneuvers} <= {"free_space", "stopped"}
-    ends = [plan_from_path(serialize_message(plan), "map").positions[-1] for plan in graph.plans]
-    np.testing.assert_allclose(ends, np.tile(hall().goal, (len(ends), 1)), atol=1e-6)

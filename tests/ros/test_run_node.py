@@ -65,7 +65,6 @@ def test_starts_that_fail_are_one_line_and_exit_code_2(tmp_path):
     # a whole number will do for a float here too
     file.write_text("/**:\n  ros__parameters:\n    robot:\n      max_speed: 1\n    planner.map_periods: 0.2\n")
     cases = {
-        "robot.max_sped: unknown parameter, did you mean robot.max_speed": parameter("robot.max_sped:=1.0"),
         "robot.max_speed: got 99.0": parameter("robot.max_speed:=99.0"),
         "mocap.topic: no parameter of talking": parameter("talking:mocap.topic:=pose"),
         "none.yaml": ["--ros-args", "--params-file", "none.yaml"],

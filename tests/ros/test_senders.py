@@ -1,13 +1,15 @@
 """Two publishers of what one alone may send are named; one that was started again, or is silent, is none."""
 
+from functools import partial
+
 import pytest
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
 from terminal import ERROR, Terminal
 
-from collplan_ros.messages.qos import POSE_PUBLISHED, SENSOR_DATA
+from collplan_ros.messages.qos import SENSOR_DATA
 from collplan_ros.node_kit.senders import Senders
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -56,31 +58,36 @@ def transforms(real_messages, child="odom"):
 TIED = {"mocap.format": "odometry", "mocap.topic": "/odom", "mocap.frame": "odom", "mocap.localised": True}
 
 
-@pytest.mark.parametrize("what", ["mocap", "scan", "tf", "tf_static"])
-def test_both_are_named_once_in_the_log_and_on_diagnostics_and_nothing_of_one(ros, real_messages, what):
+@pytest.mark.parametrize("inputs", [("scan", "tf"), ("tf_static",)])
+def test_both_are_named_once_in_the_log_and_on_diagnostics_and_nothing_of_one(ros, real_messages, inputs):
     terminal = Terminal(ros)
     first, second = nodes_of(ros, "receiver", "second_receiver")
     kind, transform = transforms(real_messages)
-    node, topic, message, qos, parameters = {
-        "mocap": (MocapNode, "/mocap/pose", PoseStamped(), POSE_PUBLISHED, {}),
-        "scan": (ControllerNode, "/scan", LaserScan(), SENSOR_DATA, {}),
-        "tf": (MocapNode, "/tf", transform, 100, TIED),
-        "tf_static": (MocapNode, "/tf", transform, 100, TIED),
-    }[what]
-    health = NodeHealth(ros, f"/{'controller_node' if what == 'scan' else 'mocap_node'}")
-    node = ros.make(node, parameters)
-    sender, other = (each.create_publisher(type(message), topic, qos) for each in (first, second))
-    ros.probe.create_timer(0.02, lambda: sender.publish(message))
+    rows = {
+        "scan": (ControllerNode, "/scan", LaserScan(), SENSOR_DATA, {}, "2 nodes publish /scan"),
+        "tf": (MocapNode, "/tf", transform, 100, TIED, "2 nodes publish /tf"),
+        "tf_static": (MocapNode, "/tf", transform, 100, TIED, "comes on /tf"),
+    }
+    listening = []
+    for make, topic, message, qos, parameters, words in (rows[name] for name in inputs):
+        node = ros.make(make, parameters)
+        one, other = (each.create_publisher(type(message), topic, qos) for each in (first, second))
+        ros.probe.create_timer(0.02, partial(one.publish, message))
+        listening.append((node, partial(other.publish, message), words, NodeHealth(ros, f"/{node.get_name()}")))
+
+    def errors(node):
+        return [text for level, text in terminal.lines(node) if level == ERROR]
+
     ros.spin(2.5)
-    assert not [text for level, text in terminal.lines(node) if level == ERROR]
-    if what == "tf_static":
+    assert not any(errors(node) for node, *_ in listening)
+    if inputs == ("tf_static",):
         second.create_publisher(kind, "/tf_static", LATCHED).publish(transform)
-    else:
-        ros.probe.create_timer(0.07, lambda: other.publish(message))
-    assert health.says("/second_receiver")
-    assert terminal.has(node, "/receiver")
+    for _, publish, _, _ in listening if inputs != ("tf_static",) else ():
+        ros.probe.create_timer(0.07, publish)
+    for node, _, _, health in listening:
+        assert health.says("/second_receiver")
+        assert terminal.has(node, "/receiver")
     ros.spin(2.5)
-    said = [text for level, text in terminal.lines(node) if level == ERROR]
-    assert len(said) == 1
-    assert {"tf_static": "comes on /tf"}.get(what, f"2 nodes publish {topic}") in said[0]
-    assert all(name in said[0] for name in ("/receiver", "/second_receiver"))
+    for node, _, words, _ in listening:
+        (said,) = errors(node)
+        assert all(each in said for each in (words, "/receiver", "/second_receiver"))

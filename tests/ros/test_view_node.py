@@ -110,7 +110,7 @@ def state_message(name, **values):
 # ---- what a page gets
 
 
-def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
+def test_each_topic_is_on_the_page(ros, bench):
     contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]), np.array([[-1.0, 0.0]]))
     way = np.array([[0.0, 0.2], [0.1, 0.2], [0.2, 0.2]])
     plan = timed_path(12.0, 12.0 + np.arange(3.0), way, 0.0 * way, contacts=contacts)
@@ -129,9 +129,6 @@ def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
     }  # fmt: skip
     assert [each["cost"] for each in bench.parts["rollouts"]] == [1.25, 3.5]
     assert bench.parts["free"] == [1000, 0, 0, 1000]
-
-
-def test_movers_true_and_found(ros, bench):
     rows = np.array([[1.0, 0.5, -0.4, 0.2, 0.15]])
     for topic, movers in (("ground_truth/movers", rows), ("movers", rows[:0])):
         publisher = ros.publisher(MarkerArray, topic, EVENT)
@@ -140,9 +137,6 @@ def test_movers_true_and_found(ros, bench):
     assert bench.shows(lambda parts: {"movers", "found"} <= parts.keys())
     assert bench.parts["movers"] == {"stamp": 7.5, "at": [1000, 500, -400, 200, 150]}
     assert bench.parts["found"] == {"stamp": 7.5, "at": []}
-
-
-def test_impacts_costs_periods_what_the_controller_does_and_what_holds_the_robot(ros, bench):
     contact = Impact(5.0, np.array([0.1, 0.2]), np.array([0.0, 1.0]), np.zeros(2), np.zeros(2))
     ros.publisher(PointCloud2, "impact/contact", EVENT).publish(impact_to_cloud(contact, "map"))
     bench.latched(DiagnosticStatus, "controller/state", state_message("/controller_node", reason="<b>so</b>"))

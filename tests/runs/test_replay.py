@@ -69,7 +69,7 @@ def test_the_journals_in_a_recording_are_replayed_as_those_of_a_file(rows, tmp_p
     assert (main([str(tmp_path)]), capsys.readouterr().out.count("bit-equal")) == (SAME, 2)
 
 
-@pytest.mark.parametrize("lost", [1, 8, 9, 40, 20_000, 0.5, 0.9])
+@pytest.mark.parametrize("lost", [1, 40, 0.5])
 def test_a_recording_that_is_cut_off_is_not_replayed_as_a_whole_one(rows, tmp_path, capsys, lost):
     path = tmp_path / RECORDING
     made = MadeRecording(path)

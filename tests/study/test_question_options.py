@@ -39,7 +39,6 @@ def test_a_bad_option_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     for arguments, expected in [
         (["--worlds", "corridr"], "corridor"),
-        (["--set", "planner.map_perid=1"], "planner.map_period"),
         (["--jobs", "0"], "--jobs: got"),
         (["--goal", "nan", "0"], "nan"),
         (["--resume", "nowhere"], "nowhere/provenance.json"),

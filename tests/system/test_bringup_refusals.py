@@ -14,7 +14,7 @@ from rclpy.node import Node
 
 from collplan_ros.bringup import preparation, processes
 from collplan_ros.bringup.ending import NodeDied
-from collplan_ros.bringup.main import main, run
+from collplan_ros.bringup.main import main
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import NodeLogs, Processes
 from collplan_ros.node_kit.reachability import RANGE, environment_set
@@ -65,15 +65,12 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2_before_anything_starts(
     for arguments, expected in (
         (["--robot", "tank"], "--robot"),
         (["--network", "everywhere"], "--network"),
-        (["--goal", "1"], "--goal"),
         (["--seed", "x"], "--seed"),
         (["--check", "--yes"], "--check: no longer an option, inspect --live 60 takes its place"),
     ):
         with pytest.raises(SystemExit, match="2"):
             main(arguments)
         assert expected in capsys.readouterr().err
-    with pytest.raises(preparation.StartError, match="'tank'"):
-        run(Options(robot="tank"))
 
 
 def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path, monkeypatch):
@@ -84,8 +81,6 @@ def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path
     assert (prepared.world.name, prepared.settings.lidar.world, prepared.settings.simulator.world) == ("unknown",) * 3
     with pytest.raises(preparation.StartError, match="missing: --world"):
         preparation.prepare(replace(real, scan="sim"))
-    with pytest.raises(preparation.StartError, match="missing: --goal"):
-        preparation.prepare(replace(real, goal=None))
     simulated = preparation.prepare(Options(scan="real"))
     assert (simulated.world.name, "lidar_node" in simulated.programs) == ("corridor", False)
     # a world of the parameter file was another run's

@@ -6,6 +6,8 @@ from collections import Counter
 import pytest
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds import arena_names
@@ -20,8 +22,8 @@ def through_the_graph(tmp_path, capsys):
     warm_up()
 
     def driven(world: str, strategy: str, seed: int = 0, *options: str) -> dict:
-        asked = ["--world", world, "--strategy", strategy, "--seed", str(seed), "--out", str(tmp_path), "--no-pictures"]
-        result = run(parse([*asked, *options]))
+        asked = ["--world", world, "--strategy", strategy, "--seed", str(seed), "--no-pictures"]
+        result = run(parse([*asked, "--out", str(tmp_path / "runs"), *options]))
         before = {path.name: path.stat().st_mtime_ns for path in result.folder.iterdir()}
         capsys.readouterr()
         code = main([str(result.folder)])
@@ -35,8 +37,21 @@ def through_the_graph(tmp_path, capsys):
 
 
 @pytest.mark.timeout(300)
-def test_a_goal_is_reached_with_a_bounce_and_the_run_is_replayed_to_the_last_bit(through_the_graph):
-    assert through_the_graph("u:17", "bounce", 1)["reached"]
+def test_a_goal_is_reached_with_bounces_by_a_robot_of_twice_the_mass_which_learns_and_tells_its_load(
+    through_the_graph, tmp_path
+):
+    heavy, lab = tmp_path / "heavy.yaml", tmp_path / "lab.yaml"
+    write_values({"simulator.mass_ratio": 2.0}, heavy)
+    summary = through_the_graph("serpentine:2", "bounce", 0, "--params", str(heavy))
+    assert summary["reached"]
+    drive = summary["drive"]
+    assert drive["max_acceleration"] == pytest.approx(0.75, rel=0.06)
+    assert drive["max_acceleration.low"] < drive["max_acceleration.learnt"] < drive["max_acceleration.high"]
+    for words in ("drives like 0.7", "set to 1.5; ", " with restitution 0."):
+        assert words in drive["in_words"]
+    lab.write_text("/**:\n  ros__parameters:\n" + "".join(f"    {line}\n" for line in drive["parameters"]))
+    kept = Settings().with_values(read_parameters(lab))
+    assert kept.robot.max_acceleration == pytest.approx(drive["max_acceleration"], rel=1e-3)
 
 
 @pytest.mark.soak

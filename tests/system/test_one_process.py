@@ -1,9 +1,13 @@
 """The simulated robot and its nodes in bringup's process: equal runs, and a node that fails is named."""
 
+import csv
 import time
+from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
+from collplan_core.parameters.file import read_parameters
 from collplan_core.warm_up import warm_up
 from collplan_ros.bringup import one_process
 from collplan_ros.bringup.main import run
@@ -11,21 +15,43 @@ from collplan_ros.bringup.options import parse
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from collplan_ros.run.reader import raw_messages
-from collplan_ros.run.writer import RECORDING
+from collplan_ros.run.writer import RECORDING, RecordingFile
 
 SENT = ["mocap/odom", "scan", "plan", "planner/trajectory", "cmd_vel", "ground_truth/odom", "impact/contact"]
+
+QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
+FIGURES = {"reached", "outcome", "arrival_time_s", "path_length_m", "path_length_source", "impacts"}
+KEYS = QUESTION | FIGURES | {"plan_time_ms", "control_period_ms", "candidates", "maneuvers"}
+FILES = {"summary.json", "trajectory.csv", "impacts.csv", "trajectory.png", "run.html", "parameters.yaml"}
+FILES |= {"run.mcap", "log"}
 
 
 @pytest.fixture
 def driven(tmp_path):
     """A function that makes a run of u:17 with bounces; its folder has the name given."""
     warm_up()
-    asked = ["--world", "u:17", "--strategy", "bounce", "--no-pictures", "--out"]
-    return lambda name: run(parse([*asked, str(tmp_path / name)]))
+    asked = ["--world", "u:17", "--strategy", "bounce", "--seed", "3", "--out"]
+    return lambda name, *options: run(parse([*asked, str(tmp_path / name), *options]))
 
 
-def test_equal_seeds_give_equal_runs_bit_by_bit(driven):
-    runs = driven("one"), driven("two")
+def killed_run(folder: Path) -> Path:
+    """The recording of a run whose bringup was killed."""
+    folder.mkdir(parents=True)
+    recording = RecordingFile(folder / RECORDING)
+    recording.describe("run", {"goal": "1.0 2.0"})
+    recording.flush()
+    content = (folder / RECORDING).read_bytes()
+    recording.finish()
+    (folder / RECORDING).write_bytes(content)
+    return folder / RECORDING
+
+
+def test_equal_seeds_give_equal_runs_bit_by_bit_and_each_a_complete_folder(driven, tmp_path):
+    earlier = killed_run(tmp_path / "one" / "2000-01-01_00-00-00")
+    left = earlier.read_bytes()
+    runs = driven("one"), driven("two", "--no-pictures")
+    assert_complete(runs[0])
+    assert earlier.read_bytes() == left  # beside or replay completes it
     assert all(one.summary["reached"] for one in runs)
     sent = [[(each.topic, each.data) for each in raw_messages(one.folder / RECORDING, SENT)] for one in runs]
     for topic in SENT:
@@ -34,6 +60,27 @@ def test_equal_seeds_give_equal_runs_bit_by_bit(driven):
         assert of_topic[0] == of_topic[1], topic
     for name in ("trajectory.csv", "impacts.csv"):
         assert (runs[0].folder / name).read_bytes() == (runs[1].folder / name).read_bytes()
+
+
+def assert_complete(result):
+    folder = result.folder
+    assert {entry.name for entry in folder.iterdir()} == FILES
+    summary = result.summary
+    assert summary.keys() >= KEYS
+    assert summary.items() >= {"reached": True, "world": "u:17", "strategy": "bounce", "seed": 3}.items()
+    assert summary["path_length_source"] == "ground_truth"
+    assert summary["control_period_ms"]["n"] > 20
+    assert summary["candidates"]["before_pruning_mean"] >= summary["candidates"]["mean"] > 0
+    rows = list(csv.DictReader((folder / "trajectory.csv").open()))
+    stamps = [float(row["t"]) for row in rows]
+    steps = sorted(b - a for a, b in pairwise(stamps))
+    assert steps[len(steps) // 2] == pytest.approx(0.01, abs=1e-3)
+    assert summary["arrival_time_s"] == pytest.approx(stamps[-1], abs=1e-5)
+    first = next(t for t, row in zip(stamps, rows, strict=True) if abs(float(row["cmd_vx"])) > 0.0)
+    assert first == pytest.approx(0.0, abs=0.3)
+    assert len((folder / "impacts.csv").read_text().splitlines()) == 1 + summary["impacts"]
+    used = read_parameters(folder / "parameters.yaml")
+    assert used["simulator.seed"] == 3
 
 
 def raises(*_):
@@ -56,7 +103,7 @@ def hangs(*_):
 def test_a_node_that_raises_or_hangs_ends_the_run_by_its_name(driven, monkeypatch, capsys, node, callback, fault, said):
     monkeypatch.setattr(one_process, "LOOK_PERIOD", 0.1)
     monkeypatch.setattr(node, callback, fault)
-    result = driven("runs")
+    result = driven("runs", "--no-pictures")
     assert (result.outcome, result.exit_code, result.message) == ("node_died", 3, said)
     log = (result.folder / "log" / f"{said.split()[0]}.log").read_text()
     assert f"in {fault.__name__}" in log

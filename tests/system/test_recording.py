@@ -1,17 +1,20 @@
 """The recording of a run through the whole graph: every topic, decoded whole, and the run as its files tell it."""
 
+import csv
 import io
 
+import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from collplan_core.parameters.file import read_parameters
+from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds.file import parse_text
 from collplan_ros.bringup.driving import wait_until_ready
 from collplan_ros.bringup.main import Bringup, write_results
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.run.description import END
 from collplan_ros.run.reader import attachment, description, messages
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.topics import recorded_topics
@@ -30,16 +33,33 @@ ALWAYS = {
 def ran(tmp_path_factory):
     """Folder of a run, the topics of its graph, what it was, and the log of its record."""
     warm_up()
-    options = Options(seed=3, out=tmp_path_factory.mktemp("runs"), pictures=False)
+    path = tmp_path_factory.mktemp("runs")
+    # slowly: a busy machine may look late whether it is over
+    write_values({"trial.timeout": 1.5, "robot.max_speed": 0.3}, path / "early.yaml")
+    options = Options(seed=3, out=path, params=path / "early.yaml", pictures=False)
     with Bringup(options, Progress(io.StringIO())) as bringup:
         wait_until_ready(bringup)
-        outcome = bringup.drive()  # whatever it is: a busy machine may not get there
+        outcome = bringup.drive()
+        assert outcome == "timeout"
         names = {name for name, _ in bringup.listener.node.get_topic_names_and_types()}
         bringup.come_to_rest()
     folder = bringup.folder.path
     run = read_run(folder)
     write_results(run, bringup.preparation, outcome)
     return folder, names, bringup.preparation, run.log
+
+
+def test_a_run_that_is_over_is_canceled_and_recorded_until_the_robot_rests(ran):
+    folder, _, _, log = ran
+    assert description(folder / RECORDING, END)
+    moves = [bool(c.vx or c.vy or c.wz) for c in log.sent_commands]
+    assert any(moves)
+    assert not moves[-1]
+    rows = csv.DictReader((folder / "trajectory.csv").open())
+    speeds = [np.hypot(float(row["vx"]), float(row["vy"])) for row in rows]
+    assert speeds[-1] < 0.03
+    assert max(speeds) > 0.1
+    assert "goal canceled" in (folder / "log" / "planner_node.log").read_text()
 
 
 def test_every_topic_of_the_graph_is_in_it_and_both_libraries_decode_it_whole(ran):

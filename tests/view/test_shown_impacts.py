@@ -29,22 +29,15 @@ def hit_with(speed: float, *plans: tuple[float, Contacts]):
     return impact
 
 
-def test_what_every_plan_in_force_foresaw_is_foreseen_and_where_fast_deliberate():
-    for speed, kind in ((0.8, "deliberate"), (0.1, "foreseen")):
-        impact = hit_with(speed, *((made, contact_at(1.02)) for made in (0.7, 0.8, 0.9)))
-        assert impact["kind"] == kind
-        assert impact["speed"] == pytest.approx(1000 * speed, abs=1)
-
-
-def test_what_was_not_foreseen_in_time_is_another_and_none_is_slower_than_not_at_all():
-    for plans in (
-        [],
-        [(0.95, contact_at(1.0))],  # which only confirms what it sees
-        [(0.7, contact_at(1.0)), (0.9, Contacts.none())],
-        [(0.7, contact_at(1.5))],
+def test_kind_and_speed_are_judged_by_the_plans_so_far():
+    for speed, plans, kind in (
+        (0.8, [(0.7, contact_at(1.02)), (0.8, contact_at(1.02))], "deliberate"),
+        (0.1, [(0.7, contact_at(1.02)), (0.8, contact_at(1.02))], "foreseen"),
+        (0.8, [(0.7, contact_at(1.0)), (0.9, Contacts.none())], "other"),
+        (-0.1, [], "other"),
     ):
-        assert hit_with(0.8, *plans)["kind"] == "other", plans
-    assert hit_with(-0.1)["speed"] == 0
+        impact = hit_with(speed, *plans)
+        assert (impact["kind"], impact["speed"]) == (kind, pytest.approx(max(1000 * speed, 0), abs=1))
 
 
 def test_what_was_sent_stays_and_the_oldest_go():
