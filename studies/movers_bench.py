@@ -14,7 +14,6 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import as_completed
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -109,11 +108,12 @@ def table(lines: Sequence[dict[str, Any]]) -> str:
 
 
 def run_missing(tasks: Sequence[Task], out: JsonLines, code: str, jobs: int) -> Iterator[int]:
-    """Runs tasks and appends their rows; yields how many are done."""
+    """Runs tasks, few at a time, so that a run broken off keeps its rows; yields how many are done."""
     with open_pool(jobs, None) as (pool, _):
-        for done, future in enumerate(as_completed([pool.submit(row_of, task) for task in tasks]), 1):
-            out.append({**future.result(), "code": code})
-            yield done
+        for first in range(0, len(tasks), jobs):
+            for k, future in enumerate([pool.submit(row_of, task) for task in tasks[first : first + jobs]], first):
+                out.append({**future.result(), "code": code})
+                yield k + 1
 
 
 def main(args: Sequence[str] | None = None) -> int:
