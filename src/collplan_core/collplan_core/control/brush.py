@@ -70,7 +70,7 @@ def judge_brush(brush: Brush, why: str, record: MotionRecord, now: float, settin
 def _followed(
     led: tuple[float, ...], rows: np.ndarray, record: MotionRecord, settings: Settings
 ) -> tuple[tuple[float, ...], bool]:
-    """Where the commands lead by the newest of some poses, and whether all are near it, unbroken and in time."""
+    """State to which the commands lead, and whether the poses stay near it, without gaps and in time."""
     law, limits, commands = velocity_law(settings.robot), settings.limits, record.commands
     delay = settings.robot.motion_delay if math.isnan(record.delay) else record.delay
     stamp, x, y, vx, vy, yaw = led

@@ -51,7 +51,7 @@ class LocalMap:
     """(b, 3) where each begins x, y [m], of which view_from has the middle one, and how much farther it is turned
     [rad]; (0, 3) where all are of one place."""
     returns: SortedReturns = ALL_STANDS
-    """What stands and what moves of what it was built from; returns of movers are not in the rest of it."""
+    """The returns that the map was built from, standing or moving; no other field has those of movers."""
     unseen: Unseen = ALL_SEEN  # what its scan has out of view, and none before had in view
 
     def __repr__(self) -> str:

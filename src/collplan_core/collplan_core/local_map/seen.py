@@ -19,7 +19,7 @@ SURFACE_TOLERANCE = 0.001
 FLAT, FADES = math.sin(math.radians(15.0)), 4.0
 """Sine between beam and wall below which a LIDAR may get nothing back, though it is no farther than this [m]."""
 BEHIND = 3
-"""So many hits before the end of a surface tell its direction [beams]."""
+"""Number of hits before the end of a surface that its direction is taken from."""
 
 
 class SeenSurfaces(NamedTuple):

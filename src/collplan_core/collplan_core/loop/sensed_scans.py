@@ -101,7 +101,7 @@ class SensedScans:
 
     @property
     def vouched(self) -> bool:
-        """Whether walls are near that tell a scan which lies; not before the first scan."""
+        """Whether walls are near by which a wrong scan would be noticed; false before the first scan."""
         return self._memory.vouches
 
     def forget(self) -> None:
