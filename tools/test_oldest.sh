@@ -15,7 +15,5 @@ tools/environment.sh .venv-oldest "$python" constraints-oldest.txt "oldest versi
 echo "Oldest versions: $(.venv-oldest/bin/python -m pip --disable-pip-version-check freeze 2>/dev/null |
     grep -E '^(numpy|scipy|shapely|numba|pymunk)==' | tr '\n' ' ')"
 .venv-oldest/bin/python -m collplan_core.warm_up
-# not test_feed_forward: with numba 0.59 feed_forward gave a command of zero once, and not again when asked again, in 4 of
-# 11 runs of all these tests; never alone, and never with the versions shipped. Why is not known
 exec .venv-oldest/bin/python -m pytest --few-examples -n 2 --dist loadfile "$@" \
-    --ignore tests/core/test_documents.py --ignore tests/core/test_feed_forward.py tests/core tests/oldest
+    --ignore tests/core/test_documents.py tests/core tests/oldest

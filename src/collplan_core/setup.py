@@ -21,7 +21,7 @@ setup(
     python_requires=">=3.10",
     install_requires=[
         "numpy>=1.26.4",
-        "numba>=0.59.1",
+        "numba>=0.61.2",
         "pillow>=10.2",
         "PyYAML>=6.0.1",
         "scipy>=1.11.4",
