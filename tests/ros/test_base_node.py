@@ -35,7 +35,7 @@ class BaseBench:
         self.node = ros.make(BaseNode, {"base.topic": TOPIC, **parameters})
         self.commands = ros.publisher(Twist, "cmd_vel", NEWEST)
         self.poses = ros.publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
-        self.velocity = None
+        self.velocity, self.x = None, 0.0
         ros.probe.create_timer(0.05, self._command)
 
     def _command(self):
@@ -66,7 +66,9 @@ class BaseBench:
         self.until(lambda: self.taken and self.speed > 0.4)
 
     def moves_at(self, speed):
-        state = State(seconds(self.ros.probe.get_clock()), np.zeros(2), np.array([speed, 0.0]), 0.0)
+        self.x += 0.02 * speed
+        stamp, position = seconds(self.ros.probe.get_clock()), np.array([self.x, 0.0])
+        state = State(stamp, position, np.array([speed, 0.0]), 0.0)
         self.poses.publish(state_to_odometry(state, "map", "base_link", 0.0))
         self.ros.spin(0.02)
 
@@ -124,6 +126,19 @@ def test_a_stopped_base_that_drives_on_is_told_too(ros):
         bench.moves_at(0.45)
         assert seconds(steady_clock()) - begun < 60.0
     assert "emergency stop" in bench.state or bench.health.says("drives on")
+
+
+def test_who_brushes_a_base_that_stands_holds_it_not(ros):
+    bench = BaseBench(ros, **{"limits.pose_age": 0.5, "limits.motion_delay": 0.4})
+    bench.go()
+    bench.velocity = (0.0, 0.0)
+    bench.until(lambda: bench.speed == 0.0)
+    for poses, speed in ((100, 0.0), (10, 0.3), (80, 0.0)):
+        for _ in range(poses):
+            bench.moves_at(speed)
+    assert "drives on" not in bench.state
+    bench.velocity = (0.4, 0.2)
+    bench.until(lambda: bench.speed > 0.4)
 
 
 def test_a_base_that_stands_or_brakes_in_time_is_not_and_its_nodes_last_word_is_zero(ros):

@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from collplan_core.jit import njit
 from collplan_core.parameters import Robot
 
@@ -58,6 +60,19 @@ def _velocity(
     course = course_to(vx, vy, ux, uy)
     gap = _gap_after(law, course.gap, duration, decay)
     return ux + gap * course.ex, uy + gap * course.ey
+
+
+@njit
+def rolled(law: VelocityLaw, motion: np.ndarray, wanted: np.ndarray, durations: np.ndarray) -> np.ndarray:
+    """Positions and velocities (n + 1, 4) from a motion (4,) on under commands (n, 2), each for a duration (n,) [s]."""
+    rows = np.empty((len(wanted) + 1, 4))
+    rows[0] = motion
+    for k in range(len(wanted)):
+        x, y, vx, vy = rows[k]
+        wx, wy = velocity_after(law, vx, vy, wanted[k, 0], wanted[k, 1], durations[k])
+        rows[k + 1, 0], rows[k + 1, 1] = x + 0.5 * (vx + wx) * durations[k], y + 0.5 * (vy + wy) * durations[k]
+        rows[k + 1, 2], rows[k + 1, 3] = wx, wy
+    return rows
 
 
 @njit

@@ -13,7 +13,7 @@ import numpy as np
 from collplan_core.control.motion_monitor import MotionRecord
 from collplan_core.control.runaway import MOVES
 from collplan_core.parameters import Settings
-from collplan_core.velocity_law import velocity_after, velocity_law
+from collplan_core.velocity_law import rolled, velocity_law
 
 LASTS, MOVED, TURNED = 1.0, 0.10, math.radians(10.0)
 """Time within which a contact moves the robot [s], and most by which, beside its commands [m], and turns it [rad]."""
@@ -50,7 +50,8 @@ def judge_brush(brush: Brush, why: str, record: MotionRecord, now: float, settin
             left = brush.went_on is not None and len(rows) > 0 and not brush.is_fresh(*rows[-1, 4:6].tolist())
             return replace(brush, went_on=None) if left else brush
         rows = rows[rows[:, 0] >= now - LASTS - settings.limits.pose_age]
-        if now - brush.begun < AGAIN or len(rows) == 0 or rows[0, 0] > now - LASTS:
+        is_final = settings.limits.blind_speed == 0.0 or now - brush.begun < AGAIN
+        if is_final or len(rows) == 0 or rows[0, 0] > now - LASTS:
             return replace(brush, held=why, begun=now)
         led = rows[0, [1, 4, 5, 2, 3, 6]].tolist()
         brush = Brush(why, begun=now, moving=now, led=tuple(led))
@@ -71,16 +72,13 @@ def _followed(
     led: tuple[float, ...], rows: np.ndarray, record: MotionRecord, settings: Settings
 ) -> tuple[tuple[float, ...], bool]:
     """State to which the commands lead, and whether the poses stay near it, without gaps and in time."""
-    law, limits, commands = velocity_law(settings.robot), settings.limits, record.commands
+    limits, wanted = settings.limits, np.vstack([np.zeros((1, 2)), record.commands[:, 1:]])
     delay = settings.robot.motion_delay if math.isnan(record.delay) else record.delay
-    stamp, x, y, vx, vy, yaw = led
-    small = True
-    for received, to, _, _, px, py, heading in rows.tolist():
-        i = int(commands[:, 0].searchsorted(received - delay, side="right")) - 1
-        ux, uy = commands[i, 1:].tolist() if i >= 0 else (0.0, 0.0)
-        wx, wy = velocity_after(law, vx, vy, ux, uy, to - stamp)
-        x, y = x + 0.5 * (to - stamp) * (vx + wx), y + 0.5 * (to - stamp) * (vy + wy)
-        is_there = math.dist((x, y), (px, py)) <= MOVED and abs(math.remainder(heading - yaw, math.tau)) <= TURNED
-        in_time = to - stamp <= limits.pose_age and received - to - record.quickest <= limits.motion_delay
-        small, stamp, vx, vy = small and is_there and in_time, to, wx, wy
-    return (stamp, x, y, vx, vy, yaw), small
+    received, stamps, yaw = rows[:, 0], np.append(led[0], rows[:, 1]), led[5]
+    newest, spans = record.commands[:, 0].searchsorted(received - delay, side="right"), np.diff(stamps)
+    way = rolled(velocity_law(settings.robot), np.array(led[1:5]), wanted[newest], spans)
+    moved = np.hypot(*(way[1:, :2] - rows[:, 4:6]).T)
+    turned = abs((rows[:, 6] - yaw + math.pi) % math.tau - math.pi)
+    in_time = (spans <= limits.pose_age) & (received - rows[:, 1] - record.quickest <= limits.motion_delay)
+    small = bool(((moved <= MOVED) & (turned <= TURNED) & in_time).all())
+    return (float(stamps[-1]), *way[-1].tolist(), yaw), small

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collplan_core.control.stuck import with_row
-from collplan_core.jit import njit
 from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Settings
@@ -17,7 +16,7 @@ from collplan_core.plan import Contacts, Plan
 from collplan_core.plane import rotate
 from collplan_core.reflection import believed_ring, rebound
 from collplan_core.state import State
-from collplan_core.velocity_law import VelocityLaw, velocity_after_step, velocity_law
+from collplan_core.velocity_law import rolled, velocity_law
 
 STEP = 0.005
 """Spacing of the samples, and of the delays distinguished [s]."""
@@ -71,9 +70,9 @@ def motion_under_way(
     times = state.stamp + STEP * np.arange(n + 1)
     newest = np.searchsorted(commands[:, 0], times[:-1] - delay + 1e-6, side="right")
     wanted = np.vstack([np.zeros((1, 2)), commands[:, 1:]])[newest]
-    wheels, ring = velocity_law(settings.robot, STEP), believed_ring(settings)
+    wheels, ring, steps = velocity_law(settings.robot, STEP), believed_ring(settings), np.full(n, STEP)
     motion, first, found = np.hstack([state.position, state.velocity]), 0, []
-    rows = _rolled(wheels, motion, wanted)
+    rows = rolled(wheels, motion, wanted, steps)
     while (contact := find_contact(rows[first:, :2], local_map)) is not None:
         i = first + contact.index
         into = rows[i - 1, 2:] + contact.share * (rows[i, 2:] - rows[i - 1, 2:])
@@ -84,23 +83,10 @@ def motion_under_way(
         point = contact.point - settings.robot.radius * contact.normal
         found.append((times[i - 1] + contact.share * STEP, point, after, contact.normal, -float(into @ contact.normal)))
         rows[i] = np.hstack([contact.point + (1.0 - contact.share) * STEP * after, after])
-        rows[i:] = _rolled(wheels, rows[i], wanted[i:])
+        rows[i:] = rolled(wheels, rows[i], wanted[i:], steps[i:])
         first = i
         if not local_map.contains(rows[i, :2])[0]:
             break
     columns = [np.array(each) for each in zip(*found, strict=True)] if found else []
     contacts = Contacts(*columns) if found else Contacts.none()
     return UnderWay(times, rows[:, :2].copy(), rows[:, 2:].copy(), contacts, state.yaw)
-
-
-@njit
-def _rolled(wheels: VelocityLaw, motion: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Positions and velocities (n + 1, 4) from a motion (4,) on under commands (n, 2), one a step of the law."""
-    rows = np.empty((len(wanted) + 1, 4))
-    rows[0] = motion
-    for k in range(len(wanted)):
-        x, y, vx, vy = rows[k]
-        wx, wy = velocity_after_step(wheels, vx, vy, wanted[k, 0], wanted[k, 1])
-        rows[k + 1, 0], rows[k + 1, 1] = x + 0.5 * (vx + wx) * wheels.step, y + 0.5 * (vy + wy) * wheels.step
-        rows[k + 1, 2], rows[k + 1, 3] = wx, wy
-    return rows

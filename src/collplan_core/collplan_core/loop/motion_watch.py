@@ -102,8 +102,7 @@ class MotionWatch:
     def why_hold(self, now: float, settings: Settings) -> str:
         """Returns the verdict for which the robot is to be held at `now` [s]; "" where it is not, or not yet."""
         why, was_put_off = self.verdict.reason if self.verdict.kind in STOPPING else "", bool(self.brush.why)
-        by_contact = now - self._brushed <= UNSEEN + LASTS and settings.limits.blind_speed > 0.0
-        if why and not was_put_off and not by_contact:
+        if why and not was_put_off and now - self._brushed > UNSEEN + LASTS:
             return why
         self.brush = judge_brush(self.brush, why, self._record, now, settings)
         if was_put_off and not self.brush.why and not self.brush.held:

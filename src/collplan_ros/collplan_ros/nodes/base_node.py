@@ -6,15 +6,19 @@ docs/safety.md says what a laboratory must have in the place of a firmware.
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 
+from collplan_core.control.brush import Brush, judge_brush
+from collplan_core.control.motion_monitor import MotionRecord, add_command, add_pose
 from collplan_core.control.runaway import why_runaway
 from collplan_core.parameters import Base, Cap, Control, Frames, Limits, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
+from collplan_core.plane import rotate
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import header, twist_of
 from collplan_ros.node_kit.clock import seconds, steady_clock
@@ -67,7 +71,7 @@ class BaseNode(GraphNode):
         self._sent_at = -math.inf
         self._stopped: tuple[float, float] | None = None
         self._speed = 0.0
-        self._runs_away = False
+        self._record, self._brush = MotionRecord(), Brush()  # what looks as if it ran away may be a brush
         self._told = ""
         self._counts = {"sent": 0, "expired": 0}
         self._inputs = Inputs(self)
@@ -152,6 +156,9 @@ class BaseNode(GraphNode):
             self._stopped = None
         elif self._stopped is None:
             self._stopped = self._sent_at, self._speed
+        if self._felt.newest is not None:
+            wanted = np.array(rotate(*velocity.tolist(), self._felt.newest.yaw))
+            self._record = add_command(self._record, wanted, self._sent_at)
         self._counts["sent"] += 1
         self._out.publish(self._message(velocity, yaw_rate))
 
@@ -164,20 +171,25 @@ class BaseNode(GraphNode):
     # ---- whether the base obeys
 
     def _take_pose(self, raw: bytes) -> None:
-        self._speed = math.hypot(*self._felt.take_pose(raw).velocity.tolist())
-        why, told = self._why_runaway(), self._runs_away
-        self._runs_away = bool(why)
+        now, state, told = self.now(), self._felt.take_pose(raw), self._brush.held
+        self._speed = math.hypot(*state.velocity.tolist())
+        self._record = add_pose(self._record, state, now, False)
+        # a base that is told to drive again need not come to rest
+        put_off = "" if self._stopped is None else self._brush.why
+        brush = replace(self._brush, why=put_off, held="")
+        self._brush = judge_brush(brush, self._why_runaway(now), self._record, now, self._settings)
+        why = self._brush.held
         if why and not told:
             # also while it is held or stopped: then nothing else says so
             self.get_logger().error(why)
             self.contract.hold(why)
 
-    def _why_runaway(self) -> str:
+    def _why_runaway(self, now: float) -> str:
         if self._stopped is None:
             return ""
         since, speed_then = self._stopped
         patience, robot = self._settings.base.runaway_time, self._settings.robot
-        why = why_runaway(self._speed, speed_then, self.now() - since, patience, robot)
+        why = why_runaway(self._speed, speed_then, now - since, patience, robot)
         return f"the base {why}: does it take {self._topic}? Stop it by hand" if why else ""
 
     # ---- how it is
@@ -190,7 +202,7 @@ class BaseNode(GraphNode):
         if doubtful and not self._told:
             self.get_logger().warning(doubtful)
         self._told = doubtful
-        why = self._why_runaway() or self._why_lost() or doubtful
+        why = self._brush.held or self._why_lost() or doubtful
         return self.contract.health(values, why, f"sends to {self._topic}")
 
     def stop(self) -> None:
