@@ -111,6 +111,15 @@ def test_what_happened_is_told_at_its_time(frames):
     assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
 
 
+def test_of_a_run_that_no_clock_paced_it_tells_no_pace_of_the_machine(tmp_path, frames):
+    folder = played_folder(tmp_path)
+    parameters = folder / "parameters.yaml"
+    parameters.write_text(parameters.read_text().replace("speed_factor: 1.0", "speed_factor: 0.0"))
+    unpaced = recording_in(write_run_page(folder).read_text(encoding="utf-8"))["frames"]
+    for part in ("machine", "periods"):
+        assert [any(part in frame for frame in each) for each in (frames, unpaced)] == [True, False], part
+
+
 def test_a_page_too_large_keeps_the_first_of_what_is_heavy_and_all_that_happened(frames):
     kept = thinned(frames, 8)
     for part in ("robot", "trail", "impacts", "goal", "costs"):

@@ -24,7 +24,7 @@ from collplan_ros.view import scene
 from collplan_ros.view.scene import ShownImpacts
 
 PAGE = "inspect.html"
-MAP_PERIOD, MAPPED, AROUND = 0.5, 4.0, 1.0
+MAP_PERIOD, MAPPED, AROUND = 1.0, 4.0, 1.0
 """Time between two maps [s], half the side of each, as a planner's own ends before most walls, and shown around [m]."""
 QUIET, READ = 0.5, 1.0
 """Time without a pose after which a frame goes without one, and for which the reason of a refusal is shown [s]."""

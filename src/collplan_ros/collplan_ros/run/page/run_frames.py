@@ -33,6 +33,8 @@ EARLY = 1e-3
 """Tolerance of times [s]: sums of decimal times must not decide."""
 OWN_FRAME = ("plan", "impacts")
 """Parts that the next pose has a frame for: steps go from one to the next."""
+OF_A_CLOCK = {"machine", "periods"}
+"""Parts of wall-clock time: of a run that no clock paced they tell nothing."""
 LATEST = 0.5
 """Messages so long after the last pose still belong to the last frame [s]: the goal's end is reported after it."""
 HEAVY = frozenset(
@@ -41,8 +43,6 @@ HEAVY = frozenset(
 """Parts that most of a page consists of."""
 PLAN_LATER = 4
 """Ratio of plans to other heavy parts kept, where not all are."""
-
-
 SHOWN_WHOLE = 60.0
 """A shorter run is shown with all its scans, maps and sets of candidates, as far as its page has room [s]."""
 
@@ -101,13 +101,14 @@ def frames_of(run: RecordedRun) -> list[Frame]:
         # the last frame is that of the last pose, and of what came after it
         is_due = stamps.now() >= due - EARLY or changes.hold(OWN_FRAME)
         if event.is_pose and is_due and event.sent < run.log.poses[-1].sent:
-            frames.append(_frame(graph, changes))
+            frames.append(_frame(graph, changes, run.log.pace))
             due = stamps.now() + PERIOD
-    return [*frames, _frame(graph, changes)]
+    return [*frames, _frame(graph, changes, run.log.pace)]
 
 
-def _frame(graph: DrawnGraph, changes: Changes) -> Frame:
-    return {part: json.loads(text) for part, text in changes.take(graph.put_frame()).items()}
+def _frame(graph: DrawnGraph, changes: Changes, pace: float) -> Frame:
+    parts = changes.take(graph.put_frame()).items()
+    return {part: json.loads(text) for part, text in parts if pace or part not in OF_A_CLOCK}
 
 
 def _beginning(run: RecordedRun) -> Frame:
@@ -133,20 +134,16 @@ def _goals(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:
 def _impacts(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:
     """Each impact, before the first pose after it."""
 
-    def happen(k: int) -> None:
-        graph.impacts.add(_impact(run, k))
+    def happen(shown: scene.Part) -> None:
+        graph.impacts.add(shown)
         graph.put_impacts()
 
     poses = run.log.poses
     for k, impact in enumerate(run.impacts.all):
         following = poses[bisect_left(poses, impact.time, key=lambda pose: pose.stamp) :][:1]
         if following or impact.time <= poses[-1].stamp + LATEST:
-            yield Event(following[0].sent if following else poses[-1].sent, False, partial(happen, k))
-
-
-def _impact(run: RecordedRun, k: int) -> scene.Part:
-    impact = run.impacts.all[k]
-    return scene.impact(replace(impact, time=impact.time - run.log.begin), run.impacts.verdicts.kind(k))
+            shown = scene.impact(replace(impact, time=impact.time - run.log.begin), run.impacts.verdicts.kind(k))
+            yield Event(following[0].sent if following else poses[-1].sent, False, partial(happen, shown))
 
 
 def _messages(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:

@@ -26,6 +26,13 @@ class Plot {
   }
 
   draw(lines, [begin, end], now, colors) {
+    const shown = lines.map(({ name, points }) => {
+      const first = Math.max(0, firstAfter(points, begin) - 1);
+      return { name, points: points.slice(first, firstAfter(points, now)) };
+    });
+    const values = shown.flatMap(({ points }) => points.map(({ value }) => value));
+    this.box.hidden = !values.length;
+    if (this.box.hidden) return;
     const { canvas } = this;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -36,11 +43,6 @@ class Plot {
     const ctx = canvas.getContext("2d");
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, width, height);
-    const shown = lines.map(({ name, points }) => {
-      const first = Math.max(0, firstAfter(points, begin) - 1);
-      return { name, points: points.slice(first, firstAfter(points, now)) };
-    });
-    const values = shown.flatMap(({ points }) => points.map(({ value }) => value));
     const [least, most] = [Math.min(0, ...values), Math.max(0, ...values)];
     const bottom = least < 0 ? -nice(-least) : 0;
     const top = most > 0 ? nice(most) : least < 0 ? 0 : 1;
