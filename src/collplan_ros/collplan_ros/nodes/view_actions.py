@@ -1,6 +1,7 @@
 """Actions that the page requests, done in the graph: a stop before everything that waits."""
 
 import queue
+from collections.abc import Callable
 from itertools import count
 
 import numpy as np
@@ -13,8 +14,8 @@ from std_srvs.srv import Trigger
 from collplan_ros.messages.conversions import goal_to_message, stamp_from_seconds
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.service_calls import ServiceCalls
-from collplan_ros.nodes.view_inputs import ViewInputs
 from collplan_ros.view.commands import CANCEL, CHOOSE, CLEAR_STOP, GOAL, RESUME, STOP, PageCommand
+from collplan_ros.view.drawn_graph import DrawnGraph
 from collplan_ros.view.server import Reply
 
 STRATEGY = "planner.strategy"
@@ -27,11 +28,11 @@ MOST_WAITING = 100
 class ViewActions:
     """Takes commands from any thread and does them in the node's own."""
 
-    def __init__(self, node: Node, calls: ServiceCalls, inputs: ViewInputs, frame: str) -> None:
-        """Publishes and calls through `node`, to nodes that `inputs` hear; goals are in `frame`."""
+    def __init__(self, node: Node, calls: ServiceCalls, graph: Callable[[], DrawnGraph], frame: str) -> None:
+        """Publishes and calls through `node`, to nodes that the present `graph` hears; goals are in `frame`."""
         self._node = node
         self._calls = calls
-        self._inputs = inputs
+        self._graph = graph
         self._frame = frame
         self._goals = node.create_publisher(PoseStamped, "goal_pose", EVENT)
         for name in SERVICES:
@@ -72,7 +73,7 @@ class ViewActions:
 
     def _choose(self, strategy: str, reply: Reply) -> None:
         """Sets the strategy of the planner among the nodes that are heard, and replies with its answer."""
-        known, heard = self._inputs.parameters, self._inputs.graph.heard
+        known, heard = self._graph().parameters, self._graph().heard
         planners = [node for node, values in known.items() if STRATEGY in values and node in heard]
         if not planners:
             reply(False, f"no node with {STRATEGY} was found")

@@ -1,8 +1,10 @@
 """Turns the messages of a robot's graph into parts of frames: of a live graph, and of a recording read without ROS."""
 
 import math
+from ast import literal_eval
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -87,6 +89,8 @@ class DrawnGraph:
         self.impacts = scene.ShownImpacts()
         self.robot = ""  # full name of the node that publishes robot/state
         self.reports: dict[str, scene.NodeReport] = {}  # the newest of each node of this namespace, by full name
+        # what nodes tell of theirs, latched and whenever one changes: by node, the newest told last, and by name
+        self.parameters: dict[str, scene.Values] = {}
         # what takes a message and its time of sending [s], by topic
         self.takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
@@ -106,6 +110,7 @@ class DrawnGraph:
             "robot/state": self._take_hold,
             "cmd_vel": self._take_command,
             "/diagnostics": self._take_health,
+            "shared_constants": self._take_parameters,
         }
         self._frames = settings.frames
         self._scan = settings.scan
@@ -168,8 +173,6 @@ class DrawnGraph:
         self._changes.put("impacts", self.impacts.part)
         self._changes.put("counts", self.impacts.counts)
 
-    # ---- poses
-
     def _take_pose(self, raw: bytes, sent: float) -> None:
         state = state_from_bytes(raw, self._frames.map, self._frames.base)
         state = replace(state, stamp=self._stamps.of_pose(state.stamp, sent))
@@ -203,8 +206,6 @@ class DrawnGraph:
             self._time = (self._posed or 0.0) + now - self._came
         if 0.0 < before - self._time < STEP_BACK:
             self._time = before
-
-    # ---- scans and plans
 
     def _take_scan(self, message: Any, _: float) -> None:
         scan = scan_from_message(message, self._frames.base, self._scan)
@@ -249,8 +250,6 @@ class DrawnGraph:
         stamp, rows = movers_from_markers(message, self._frames.map)
         self._changes.put(part, scene.movers(self._stamps.of(stamp), rows))
 
-    # ---- the goal
-
     def _take_goal(self, message: Any, _: float) -> None:
         self.goal = goal_from_message(message, self._frames.map)
         self.put_goal()
@@ -263,8 +262,6 @@ class DrawnGraph:
             for name in ("free", "frontiers", "predicted", "rollouts"):
                 self._changes.put(name, [])
             self._changes.put("candidates", scene.candidates(np.zeros((0, 4)), {}))
-
-    # ---- events and reports
 
     def _take_impact(self, message: Any, _: float) -> None:
         self.impacts.happened(impact_from_cloud(message, self._frames.map))
@@ -296,6 +293,16 @@ class DrawnGraph:
                 self.reports[report.name] = report
                 if (factor := real_time_factor(report.values)) is not None:
                     self._factors.append((report.came, factor))
+
+    def _take_parameters(self, message: Any, _: float) -> None:
+        """Takes what a node tells; a value that is none of Python's is left out."""
+        name, told = str(message.name), dict[str, object]()
+        if is_in(self._namespace, name):
+            for key, text in values_of(message).items():
+                with suppress(ValueError, SyntaxError):
+                    told[key] = literal_eval(text)
+            self.parameters.pop(name, None)
+            self.parameters[name] = told
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES

@@ -48,7 +48,7 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,6 +57,7 @@ import numpy as np
 from collplan_core.evaluation.impact_matching import KEPT, KINDS, Prediction, judge_impacts
 from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import NODES
 from collplan_core.plan import Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -64,9 +65,13 @@ from collplan_core.worlds import World
 
 Part = Any
 """A part of a frame, ready for JSON."""
+Values = Mapping[str, object]
+"""Parameters of a node by name."""
 
 SIMULATED, EMULATED, REAL, UNKNOWN = "simulated", "emulated", "real", "unknown"
 """Which robot it is: without hardware; without hardware, over a serial line; of hardware; not known."""
+TELL = {*NODES} - {"view_node"}
+"""Names of the nodes that tell their parameters."""
 SILENT_AFTER = 2.5
 """Time without diagnostics after which a node counts as silent [s]: each sends them once a second."""
 LARGEST = 1e6
@@ -97,9 +102,6 @@ def significant(values: np.ndarray | Sequence[float]) -> list[float]:
     return [float(f"{value:.4g}") if math.isfinite(value) else 0.0 for value in np.asarray(values, dtype=float)]
 
 
-# ---- the robot and what it measures
-
-
 def robot(state: State) -> Part:
     """The part `robot`."""
     return milli([*state.position, math.remainder(state.yaw, 2 * math.pi), *state.velocity])
@@ -115,7 +117,34 @@ def scan(seen: Scan, at: State) -> Part:
     return milli(seen.points(at, np.isfinite(seen.ranges)))
 
 
-# ---- the place
+def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]) -> str:
+    """Returns the kind of the reporting robot, by the parameters of its node; UNKNOWN as long as there is doubt.
+
+    `source` is that node, `known` the parameters that nodes have told, `nodes` all that report, by full names.
+    """
+    own = known.get(source)
+    there = [known[name] for name in {*nodes, source} if name in known]
+    firmware = [values["emulator.link"] for values in there if "emulator.link" in values]
+    if own is None or sum(map(_is_robot, there)) != 1 or not _is_robot(own):
+        return UNKNOWN
+    if _is_simulator(own):
+        return SIMULATED
+    port = own["driver.port"]
+    if port in firmware:
+        return EMULATED
+    # one that has not told its own may be the emulated firmware, and one there is may be at the port by another name
+    in_doubt = bool(firmware) or any(name.rpartition("/")[2] in TELL and name not in known for name in nodes)
+    leads_to_hardware = isinstance(port, str) and port.startswith("/dev/") and not port.startswith("/dev/pts/")
+    return REAL if leads_to_hardware and not in_doubt else UNKNOWN
+
+
+def _is_robot(values: Values) -> bool:
+    """Returns whether a node takes commands; the emulated firmware does not, the driver in front of it does."""
+    return "emulator.link" not in values and ("driver.port" in values or _is_simulator(values))
+
+
+def _is_simulator(values: Values) -> bool:
+    return any(name.startswith("simulator.") for name in values)
 
 
 def about(kind: str, namespace: str, place: str, settings: Settings) -> dict[str, Part]:
@@ -138,9 +167,6 @@ def world(place: World) -> Part:
         "polygons": [milli(corners) for corners in place.polygons],
         "circles": [milli(circle) for circle in place.circles],
     }
-
-
-# ---- planning
 
 
 def candidates(rows: np.ndarray, terms: Mapping[str, np.ndarray]) -> Part:
@@ -176,9 +202,6 @@ def costs(values: Mapping[str, str]) -> Part:
 def movers(stamp: float, rows: np.ndarray) -> Part:
     """The part `movers` or `found` of rows (k, 5) x, y [m], vx, vy [m/s], radius [m] at a stamp [s]."""
     return {"stamp": time_of(stamp), "at": milli(rows)}
-
-
-# ---- events
 
 
 def goal(at: np.ndarray | None, status: str) -> Part:
@@ -220,9 +243,6 @@ class ShownImpacts:
         # made anew: what was sent before stays as it was
         self.counts = {**self.counts, shown["kind"]: self.counts[shown["kind"]] + 1}
         self.part = [*self.part, shown][-MOST:]
-
-
-# ---- nodes
 
 
 @dataclass(frozen=True)
