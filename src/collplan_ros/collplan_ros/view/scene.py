@@ -49,8 +49,7 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
 import math
 from collections import deque
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,7 +78,6 @@ LARGEST = 1e6
 NO_TERMS = ("planning_time_ms", "candidates", "foreseen_contacts", "hardest_contact")
 OLD_FIGURES = ("rebound_stamp", "rebound_foreseen", "rebound_measured", "rebound_direction")
 """Beginnings of names on planner/costs that are no cost terms; the second ones are of recordings of version 1.0.0."""
-
 
 MOST = 200
 """Impacts that are shown."""
@@ -149,24 +147,16 @@ def _is_simulator(values: Values) -> bool:
 
 def about(kind: str, namespace: str, place: str, settings: Settings) -> dict[str, Part]:
     """The part `about` of a robot of this kind with these parameters, in the world of this name."""
-    scales = {
-        "radius": settings.robot.radius,
-        "max_speed": settings.robot.max_speed,
-        "tolerance": settings.planner.goal_tolerance,
-        "spacing": settings.remembered.spacing,
-    }
-    lengths = dict(zip(scales, milli([*scales.values()]), strict=True))
-    return {"robot": kind, "namespace": namespace, "world": place, **lengths}
+    radius, max_speed = milli([settings.robot.radius, settings.robot.max_speed])
+    tolerance, spacing = milli([settings.planner.goal_tolerance, settings.remembered.spacing])
+    scales = {"radius": radius, "max_speed": max_speed, "tolerance": tolerance, "spacing": spacing}
+    return {"robot": kind, "namespace": namespace, "world": place, **scales}
 
 
 def world(place: World) -> Part:
     """The part `world`."""
-    return {
-        "bounds": milli(place.bounds),
-        "walled": bool(place.walled),
-        "polygons": [milli(corners) for corners in place.polygons],
-        "circles": [milli(circle) for circle in place.circles],
-    }
+    polygons, circles = ([milli(each) for each in shapes] for shapes in (place.polygons, place.circles))
+    return {"bounds": milli(place.bounds), "walled": bool(place.walled), "polygons": polygons, "circles": circles}
 
 
 def candidates(rows: np.ndarray, terms: Mapping[str, np.ndarray]) -> Part:
@@ -204,20 +194,10 @@ def movers(stamp: float, rows: np.ndarray) -> Part:
     return {"stamp": time_of(stamp), "at": milli(rows)}
 
 
-def goal(at: np.ndarray | None, status: str) -> Part:
-    """The part `goal` at (2,) [m], None where it is not known."""
-    return {"at": None if at is None else milli(at), "status": status}
-
-
 def impact(happened: Impact, kind: str) -> Part:
     """One entry of the part `impacts`, with its kind."""
-    return {
-        "t": time_of(happened.time),
-        "at": milli(happened.point),
-        "normal": milli(happened.normal),
-        "kind": kind,
-        "speed": milli([max(0.0, happened.speed_into)])[0],
-    }
+    place = {"t": time_of(happened.time), "at": milli(happened.point), "normal": milli(happened.normal)}
+    return place | {"kind": kind, "speed": milli([max(0.0, happened.speed_into)])[0]}
 
 
 class ShownImpacts:
@@ -245,8 +225,7 @@ class ShownImpacts:
         self.part = [*self.part, shown][-MOST:]
 
 
-@dataclass(frozen=True)
-class NodeReport:
+class NodeReport(NamedTuple):
     """The newest health report of a node: full name, level, message, figures by name, and time of receipt [s]."""
 
     name: str
@@ -259,18 +238,9 @@ class NodeReport:
 def nodes(reports: Iterable[NodeReport], now: float) -> Part:
     """The part `nodes` at a time on the clock of the reports [s]."""
     rows = []
-    for report in sorted(reports, key=lambda each: each.name):
-        age = max(0.0, now - report.came)
-        rows.append(
-            {
-                "name": report.name,
-                "level": report.level,
-                "message": report.message,
-                "age": round(age),
-                "silent": age > SILENT_AFTER,
-                "values": dict(report.values),
-            }
-        )
+    for name, level, message, values, came in sorted(reports, key=lambda each: each.name):
+        told, age = {"name": name, "level": level, "message": message}, max(0.0, now - came)
+        rows.append(told | {"age": round(age), "silent": age > SILENT_AFTER, "values": dict(values)})
     return rows
 
 
