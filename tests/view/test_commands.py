@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_ros.view.commands import ACTIONS, CommandError, PageCommand, WrongToken, command_from_text, number_of
+from collplan_ros.view.requests import ACTIONS, CommandError, PageCommand, WrongToken, command_from_text, number_of
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=50)
 TOKEN = "the-token"

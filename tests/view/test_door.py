@@ -5,7 +5,7 @@ from http import HTTPStatus
 from websockets.datastructures import Headers
 from websockets.http11 import Request
 
-from collplan_ros.view.access_check import FRAMES, answer, page_files
+from collplan_ros.view.requests import FRAMES, answer, page_files
 
 PAGE = page_files("a-token")
 OWN = {"host": "127.0.0.1:8090"}

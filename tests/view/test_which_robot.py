@@ -1,7 +1,6 @@
 """A robot is called simulated, emulated or real only where there is no doubt."""
 
-from collplan_ros.view.scene import EMULATED, REAL, SIMULATED, UNKNOWN
-from collplan_ros.view.which_robot import which_robot
+from collplan_ros.view.scene import EMULATED, REAL, SIMULATED, UNKNOWN, which_robot
 
 SIMULATOR = {"simulator.world": "corridor", "robot.radius": 0.09}
 SERIAL = {"driver.port": "/dev/ttyUSB0", "robot.radius": 0.09}

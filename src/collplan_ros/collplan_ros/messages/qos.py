@@ -49,6 +49,11 @@ DIAGNOSTICS_SUBSCRIBED = _profile(100, latched=True)
 CONSTANTS_PUBLISHED = LATCHED
 CONSTANTS_SUBSCRIBED = DIAGNOSTICS_SUBSCRIBED
 
+# for the page, which waits for nothing: every pose of a frame's time and of a short stall, and the newest of the rest
+POSES_SHOWN = _profile(100, reliable=False)
+COMMANDS_SHOWN = _profile(20, reliable=False)
+NEWEST_SHOWN = _profile(1, reliable=False)
+
 # for recorders: no message may be left out, so the queue bridges a stall of some seconds
 EVERY_ONE = _profile(1000)
 EVERY_LATCHED = _profile(1000, latched=True)

@@ -1,4 +1,4 @@
-"""The topics of a run that are recorded: the messages of each and their QoS.
+"""The topics of a run that are recorded, and which of them the page shows: the messages of each and their QoS.
 
 planner/markers are not: they show what the clouds hold, are made only for subscribers, and take as long as a plan.
 """
@@ -20,44 +20,43 @@ from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
+from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.mocap_formats import message_type
-from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, EVERY_UNRELIABLE
 
-RELIABLE: dict[str, type] = {
-    "goal_pose": PoseStamped,
-    "mocap/odom": Odometry,
-    "mocap/refused": String,
-    "impact": Vector3Stamped,
-    "impact/contact": PointCloud2,
-    "plan": Path,
-    "planner/trajectory": PointCloud2,
-    "planner/heartbeat": Empty,
-    "planner/costs": DiagnosticArray,
-    "planner/seen": PointCloud2,
-    "planner/compared": PointCloud2,
-    "movers": MarkerArray,
-    "controller/reference": PointStamped,
-    "robot/resumed": Empty,
-    "ground_truth/odom": Odometry,
-    "ground_truth/impact": Vector3Stamped,
-    "ground_truth/impact/contact": PointCloud2,
-    "ground_truth/movers": MarkerArray,
-    "/parameter_events": ParameterEvent,
+TOPICS: dict[str, tuple[type, QoSProfile, QoSProfile | None]] = {
+    "goal_pose": (PoseStamped, qos.EVERY_ONE, qos.EVENT),
+    "mocap/odom": (Odometry, qos.EVERY_ONE, qos.POSES_SHOWN),
+    "mocap/refused": (String, qos.EVERY_ONE, None),
+    "impact": (Vector3Stamped, qos.EVERY_ONE, None),
+    "impact/contact": (PointCloud2, qos.EVERY_ONE, qos.EVENT),
+    "plan": (Path, qos.EVERY_ONE, qos.NEWEST_SHOWN),
+    "planner/trajectory": (PointCloud2, qos.EVERY_ONE, qos.EVENT),
+    "planner/heartbeat": (Empty, qos.EVERY_ONE, None),
+    "planner/costs": (DiagnosticArray, qos.EVERY_ONE, qos.NEWEST_SHOWN),
+    "planner/seen": (PointCloud2, qos.EVERY_ONE, qos.LATCHED),
+    "planner/compared": (PointCloud2, qos.EVERY_ONE, qos.LATCHED),
+    "movers": (MarkerArray, qos.EVERY_ONE, qos.NEWEST_SHOWN),
+    "controller/reference": (PointStamped, qos.EVERY_ONE, None),
+    "robot/resumed": (Empty, qos.EVERY_ONE, None),
+    "ground_truth/odom": (Odometry, qos.EVERY_ONE, None),
+    "ground_truth/impact": (Vector3Stamped, qos.EVERY_ONE, None),
+    "ground_truth/impact/contact": (PointCloud2, qos.EVERY_ONE, None),
+    "ground_truth/movers": (MarkerArray, qos.EVERY_ONE, qos.NEWEST_SHOWN),
+    "/parameter_events": (ParameterEvent, qos.EVERY_ONE, None),
+    "planner/journal": (String, qos.EVERY_LATCHED, None),
+    "controller/journal": (String, qos.EVERY_LATCHED, None),
+    "goal_status": (GoalStatus, qos.EVERY_LATCHED, qos.LATCHED),
+    "maneuver": (String, qos.EVERY_LATCHED, None),
+    "controller/state": (DiagnosticStatus, qos.EVERY_LATCHED, qos.LATCHED),
+    "controller/motion_delay": (Float64, qos.EVERY_LATCHED, None),
+    "controller/drive": (DiagnosticStatus, qos.EVERY_LATCHED, qos.LATCHED),
+    "robot/state": (DiagnosticStatus, qos.EVERY_LATCHED, qos.LATCHED),
+    "shared_constants": (DiagnosticStatus, qos.EVERY_LATCHED, qos.CONSTANTS_SUBSCRIBED),
+    "/diagnostics": (DiagnosticArray, qos.EVERY_LATCHED, qos.DIAGNOSTICS_SUBSCRIBED),
+    "/rosout": (Log, qos.EVERY_LATCHED, None),
 }
-LATCHED: dict[str, type] = {
-    "planner/journal": String,
-    "controller/journal": String,
-    "goal_status": GoalStatus,
-    "maneuver": String,
-    "controller/state": DiagnosticStatus,
-    "controller/motion_delay": Float64,
-    "controller/drive": DiagnosticStatus,
-    "robot/state": DiagnosticStatus,
-    "shared_constants": DiagnosticStatus,
-    "/diagnostics": DiagnosticArray,
-    "/rosout": Log,
-}
+"""Messages of each topic, and its profiles for the recording and, where the page shows it, for that."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +66,7 @@ class RecordedTopic:
     name: str  # as its nodes use it: within the robot's namespace, but for those that begin with a slash
     kind: type
     qos: QoSProfile  # matches every publisher of it and leaves no message out
+    shown: QoSProfile | None = None  # by which the page subscribes to it; None where it does not show it
 
 
 def recorded_topics(settings: Settings, real_scans: bool = False) -> dict[str, RecordedTopic]:
@@ -74,27 +74,27 @@ def recorded_topics(settings: Settings, real_scans: bool = False) -> dict[str, R
 
     `real_scans`: whether a LIDAR's driver sends them, which may do so best effort; lidar_node does not.
     """
-    scans = RecordedTopic("scan", LaserScan, EVERY_UNRELIABLE if real_scans else EVERY_ONE)
+    scans = RecordedTopic("scan", LaserScan, qos.EVERY_UNRELIABLE if real_scans else qos.EVERY_ONE, qos.NEWEST_SHOWN)
     return {topic.name: topic for topic in (scans, *_topics(settings))}
 
 
 def _topics(settings: Settings) -> Iterator[RecordedTopic]:
     mocap = settings.mocap
     try:
-        measured = EVERY_ONE if mocap.reliability == "reliable" else EVERY_UNRELIABLE
+        measured = qos.EVERY_ONE if mocap.reliability == "reliable" else qos.EVERY_UNRELIABLE
         yield RecordedTopic(mocap.topic, message_type(mocap), measured)
     except ParameterError:  # mocap_node reports this, and ends
         pass
-    for name in ("cmd_vel", "hand/cmd_vel"):
-        yield RecordedTopic(name, command_type(settings.controller), EVERY_ONE)
+    command = command_type(settings.controller)
+    yield RecordedTopic("cmd_vel", command, qos.EVERY_ONE, qos.COMMANDS_SHOWN)
+    yield RecordedTopic("hand/cmd_vel", command, qos.EVERY_ONE)
     if settings.simulator.publishes_clock:
-        yield RecordedTopic("/clock", Clock, EVERY_ONE)
+        yield RecordedTopic("/clock", Clock, qos.EVERY_ONE)
     try:
         transforms = import_module("tf2_msgs.msg").TFMessage
-        yield RecordedTopic("/tf", transforms, EVERY_ONE)
-        yield RecordedTopic("/tf_static", transforms, EVERY_LATCHED)
+        yield RecordedTopic("/tf", transforms, qos.EVERY_ONE)
+        yield RecordedTopic("/tf_static", transforms, qos.EVERY_LATCHED)
     except ImportError:  # is not among the pip packages, and then nobody sends any
         pass
-    for kinds, qos in ((RELIABLE, EVERY_ONE), (LATCHED, EVERY_LATCHED)):
-        for name, kind in kinds.items():
-            yield RecordedTopic(name, kind, qos)
+    for name, (kind, recorded, shown) in TOPICS.items():
+        yield RecordedTopic(name, kind, recorded, shown)

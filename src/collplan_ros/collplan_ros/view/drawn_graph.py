@@ -1,8 +1,10 @@
 """Turns the messages of a robot's graph into parts of frames: of a live graph, and of a recording read without ROS."""
 
 import math
+from ast import literal_eval
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -15,18 +17,7 @@ from collplan_core.plan import Plan
 from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
-from collplan_ros.messages.cloud_reading import (
-    FREE_SPACE,
-    FRONTIERS,
-    INFERRED,
-    LAYERS,
-    PREDICTED,
-    REMEMBERED,
-    compared_from_message,
-    impact_from_cloud,
-    plan_from_message,
-    seen_from_message,
-)
+from collplan_ros.messages import cloud_reading as clouds
 from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import GOAL_STATUS, goal_from_message, scan_from_message
@@ -51,13 +42,7 @@ LONGEST_PERIOD = 2.0
 """A longer time between two commands is a pause, not a period [s]."""
 RECENT = 10.0
 """Age beyond which figures of the graph's timing are no longer shown [s]."""
-PARTS = {
-    FREE_SPACE: "free",
-    FRONTIERS: "frontiers",
-    PREDICTED: "predicted",
-    REMEMBERED: "remembered",
-    INFERRED: "inferred",
-}
+PARTS = dict(zip(clouds.LAYERS, ("free", *clouds.LAYERS[1:]), strict=True))
 """Parts by layer of planner/seen."""
 WARN = 1
 """DiagnosticStatus.WARN: level at which the controller reports that the robot stands though a goal is active."""
@@ -87,6 +72,8 @@ class DrawnGraph:
         self.impacts = scene.ShownImpacts()
         self.robot = ""  # full name of the node that publishes robot/state
         self.reports: dict[str, scene.NodeReport] = {}  # the newest of each node of this namespace, by full name
+        # what nodes tell of theirs, latched and whenever one changes: by node, the newest told last, and by name
+        self.parameters: dict[str, scene.Values] = {}
         # what takes a message and its time of sending [s], by topic
         self.takers: dict[str, Callable[[Any, float], None]] = {
             "mocap/odom": self._take_pose,
@@ -106,12 +93,10 @@ class DrawnGraph:
             "robot/state": self._take_hold,
             "cmd_vel": self._take_command,
             "/diagnostics": self._take_health,
+            "shared_constants": self._take_parameters,
         }
-        self._frames = settings.frames
-        self._scan = settings.scan
-        self._changes = changes
-        self._namespace = namespace
-        self._stamps = stamps
+        self._frames, self._scan = settings.frames, settings.scan
+        self._changes, self._namespace, self._stamps = changes, namespace, stamps
         self._full_speed, self._command_age = settings.simulator.speed_factor, settings.limits.command_age
         # simulated seconds in a second, and times between two commands [s], each with when it was told
         self._factors: deque[tuple[float, float]] = deque()
@@ -161,32 +146,28 @@ class DrawnGraph:
 
     def put_goal(self) -> None:
         """Puts the goal and its status."""
-        self._changes.put("goal", scene.goal(self.goal, self._status))
+        at = None if self.goal is None else scene.milli(self.goal)
+        self._changes.put("goal", {"at": at, "status": self._status})
 
     def put_impacts(self) -> None:
         """Puts the impacts so far."""
         self._changes.put("impacts", self.impacts.part)
         self._changes.put("counts", self.impacts.counts)
 
-    # ---- poses
-
     def _take_pose(self, raw: bytes, sent: float) -> None:
         state = state_from_bytes(raw, self._frames.map, self._frames.base)
         state = replace(state, stamp=self._stamps.of_pose(state.stamp, sent))
         self._robot = scene.robot(state)
         if self._states and state.stamp < self._states[-1].stamp - STEP_BACK:
-            self._begin_anew()
+            # parts of an earlier time, as before a restart of the robot, hold no more
+            self._states.clear()
+            self._fresh.clear()
+            self.impacts = scene.ShownImpacts()
+            self.put_impacts()
         self._states.append(state)
         self._fresh.append(state)
         while self._states[0].stamp < state.stamp - KEPT:
             self._states.popleft()
-
-    def _begin_anew(self) -> None:
-        """Drops parts of an earlier time, as after a restart of the robot."""
-        self._states.clear()
-        self._fresh.clear()
-        self.impacts = scene.ShownImpacts()
-        self.put_impacts()
 
     def _put_robot(self, now: float) -> None:
         before = -math.inf if self._posed is None else self._time
@@ -204,8 +185,6 @@ class DrawnGraph:
         if 0.0 < before - self._time < STEP_BACK:
             self._time = before
 
-    # ---- scans and plans
-
     def _take_scan(self, message: Any, _: float) -> None:
         scan = scan_from_message(message, self._frames.base, self._scan)
         if not self._states:
@@ -215,7 +194,7 @@ class DrawnGraph:
         self._changes.put("scan", scene.scan(placed_among(scan, state, self._states, self._scan), state))
 
     def _take_trajectory(self, message: Any, _: float) -> None:
-        plan = plan_from_message(message, self._frames.map)
+        plan = clouds.plan_from_message(message, self._frames.map)
         self._told = plan.stamp
         self.impacts.planned(plan)
         self._put_plan(plan)
@@ -230,14 +209,14 @@ class DrawnGraph:
         self._changes.put("plan", part | {"stamp": scene.time_of(self._stamps.of(plan.stamp))})
 
     def _take_seen(self, message: Any, _: float) -> None:
-        shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
-        for layer, points in seen_from_message(message, self._frames.map).items():
-            if layer in shown:
+        with_memory = self._seen % MEMORY_EVERY == 0
+        for layer, points in clouds.seen_from_message(message, self._frames.map).items():
+            if with_memory or layer not in (clouds.REMEMBERED, clouds.INFERRED):
                 self._changes.put(PARTS[layer], scene.milli(points))
         self._seen += 1
 
     def _take_compared(self, message: Any, _: float) -> None:
-        found = compared_from_message(message, self._frames.map)
+        found = clouds.compared_from_message(message, self._frames.map)
         self._changes.put("candidates", scene.candidates(found.rows, found.terms))
         self._changes.put("rollouts", scene.rollouts(found.paths, found.costs))
 
@@ -248,8 +227,6 @@ class DrawnGraph:
     def _put_movers(self, part: str, message: Any) -> None:
         stamp, rows = movers_from_markers(message, self._frames.map)
         self._changes.put(part, scene.movers(self._stamps.of(stamp), rows))
-
-    # ---- the goal
 
     def _take_goal(self, message: Any, _: float) -> None:
         self.goal = goal_from_message(message, self._frames.map)
@@ -264,10 +241,8 @@ class DrawnGraph:
                 self._changes.put(name, [])
             self._changes.put("candidates", scene.candidates(np.zeros((0, 4)), {}))
 
-    # ---- events and reports
-
     def _take_impact(self, message: Any, _: float) -> None:
-        self.impacts.happened(impact_from_cloud(message, self._frames.map))
+        self.impacts.happened(clouds.impact_from_cloud(message, self._frames.map))
         self.put_impacts()
 
     def _take_hold(self, message: Any, _: float) -> None:
@@ -292,13 +267,21 @@ class DrawnGraph:
         for status in message.status:
             told = str(status.name), _level(status), str(status.message), values_of(status)
             report = scene.NodeReport(*told, self._stamps.now())
-            if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
+            fits = report.name in self.reports or len(self.reports) < MOST_NODES
+            if is_in(self._namespace, report.name) and fits:
                 self.reports[report.name] = report
                 if (factor := real_time_factor(report.values)) is not None:
                     self._factors.append((report.came, factor))
 
-    def _is_known_or_fits(self, name: str) -> bool:
-        return name in self.reports or len(self.reports) < MOST_NODES
+    def _take_parameters(self, message: Any, _: float) -> None:
+        """Takes what a node tells; a value that is none of Python's is left out."""
+        name, told = str(message.name), dict[str, object]()
+        if is_in(self._namespace, name):
+            for key, text in values_of(message).items():
+                with suppress(ValueError, SyntaxError):
+                    told[key] = literal_eval(text)
+            self.parameters.pop(name, None)
+            self.parameters[name] = told
 
 
 def _level(status: Any) -> int:

@@ -48,15 +48,15 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from collplan_core.evaluation.impact_matching import KEPT, KINDS, Prediction, judge_impacts
 from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import NODES
 from collplan_core.plan import Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -64,9 +64,13 @@ from collplan_core.worlds import World
 
 Part = Any
 """A part of a frame, ready for JSON."""
+Values = Mapping[str, object]
+"""Parameters of a node by name."""
 
 SIMULATED, EMULATED, REAL, UNKNOWN = "simulated", "emulated", "real", "unknown"
 """Which robot it is: without hardware; without hardware, over a serial line; of hardware; not known."""
+TELL = {*NODES} - {"view_node"}
+"""Names of the nodes that tell their parameters."""
 SILENT_AFTER = 2.5
 """Time without diagnostics after which a node counts as silent [s]: each sends them once a second."""
 LARGEST = 1e6
@@ -74,7 +78,6 @@ LARGEST = 1e6
 NO_TERMS = ("planning_time_ms", "candidates", "foreseen_contacts", "hardest_contact")
 OLD_FIGURES = ("rebound_stamp", "rebound_foreseen", "rebound_measured", "rebound_direction")
 """Beginnings of names on planner/costs that are no cost terms; the second ones are of recordings of version 1.0.0."""
-
 
 MOST = 200
 """Impacts that are shown."""
@@ -97,9 +100,6 @@ def significant(values: np.ndarray | Sequence[float]) -> list[float]:
     return [float(f"{value:.4g}") if math.isfinite(value) else 0.0 for value in np.asarray(values, dtype=float)]
 
 
-# ---- the robot and what it measures
-
-
 def robot(state: State) -> Part:
     """The part `robot`."""
     return milli([*state.position, math.remainder(state.yaw, 2 * math.pi), *state.velocity])
@@ -115,32 +115,48 @@ def scan(seen: Scan, at: State) -> Part:
     return milli(seen.points(at, np.isfinite(seen.ranges)))
 
 
-# ---- the place
+def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]) -> str:
+    """Returns the kind of the reporting robot, by the parameters of its node; UNKNOWN as long as there is doubt.
+
+    `source` is that node, `known` the parameters that nodes have told, `nodes` all that report, by full names.
+    """
+    own = known.get(source)
+    there = [known[name] for name in {*nodes, source} if name in known]
+    firmware = [values["emulator.link"] for values in there if "emulator.link" in values]
+    if own is None or sum(map(_is_robot, there)) != 1 or not _is_robot(own):
+        return UNKNOWN
+    if _is_simulator(own):
+        return SIMULATED
+    port = own["driver.port"]
+    if port in firmware:
+        return EMULATED
+    # one that has not told its own may be the emulated firmware, and one there is may be at the port by another name
+    in_doubt = bool(firmware) or any(name.rpartition("/")[2] in TELL and name not in known for name in nodes)
+    leads_to_hardware = isinstance(port, str) and port.startswith("/dev/") and not port.startswith("/dev/pts/")
+    return REAL if leads_to_hardware and not in_doubt else UNKNOWN
+
+
+def _is_robot(values: Values) -> bool:
+    """Returns whether a node takes commands; the emulated firmware does not, the driver in front of it does."""
+    return "emulator.link" not in values and ("driver.port" in values or _is_simulator(values))
+
+
+def _is_simulator(values: Values) -> bool:
+    return any(name.startswith("simulator.") for name in values)
 
 
 def about(kind: str, namespace: str, place: str, settings: Settings) -> dict[str, Part]:
     """The part `about` of a robot of this kind with these parameters, in the world of this name."""
-    scales = {
-        "radius": settings.robot.radius,
-        "max_speed": settings.robot.max_speed,
-        "tolerance": settings.planner.goal_tolerance,
-        "spacing": settings.remembered.spacing,
-    }
-    lengths = dict(zip(scales, milli([*scales.values()]), strict=True))
-    return {"robot": kind, "namespace": namespace, "world": place, **lengths}
+    radius, max_speed = milli([settings.robot.radius, settings.robot.max_speed])
+    tolerance, spacing = milli([settings.planner.goal_tolerance, settings.remembered.spacing])
+    scales = {"radius": radius, "max_speed": max_speed, "tolerance": tolerance, "spacing": spacing}
+    return {"robot": kind, "namespace": namespace, "world": place, **scales}
 
 
 def world(place: World) -> Part:
     """The part `world`."""
-    return {
-        "bounds": milli(place.bounds),
-        "walled": bool(place.walled),
-        "polygons": [milli(corners) for corners in place.polygons],
-        "circles": [milli(circle) for circle in place.circles],
-    }
-
-
-# ---- planning
+    polygons, circles = ([milli(each) for each in shapes] for shapes in (place.polygons, place.circles))
+    return {"bounds": milli(place.bounds), "walled": bool(place.walled), "polygons": polygons, "circles": circles}
 
 
 def candidates(rows: np.ndarray, terms: Mapping[str, np.ndarray]) -> Part:
@@ -178,23 +194,10 @@ def movers(stamp: float, rows: np.ndarray) -> Part:
     return {"stamp": time_of(stamp), "at": milli(rows)}
 
 
-# ---- events
-
-
-def goal(at: np.ndarray | None, status: str) -> Part:
-    """The part `goal` at (2,) [m], None where it is not known."""
-    return {"at": None if at is None else milli(at), "status": status}
-
-
 def impact(happened: Impact, kind: str) -> Part:
     """One entry of the part `impacts`, with its kind."""
-    return {
-        "t": time_of(happened.time),
-        "at": milli(happened.point),
-        "normal": milli(happened.normal),
-        "kind": kind,
-        "speed": milli([max(0.0, happened.speed_into)])[0],
-    }
+    place = {"t": time_of(happened.time), "at": milli(happened.point), "normal": milli(happened.normal)}
+    return place | {"kind": kind, "speed": milli([max(0.0, happened.speed_into)])[0]}
 
 
 class ShownImpacts:
@@ -222,11 +225,7 @@ class ShownImpacts:
         self.part = [*self.part, shown][-MOST:]
 
 
-# ---- nodes
-
-
-@dataclass(frozen=True)
-class NodeReport:
+class NodeReport(NamedTuple):
     """The newest health report of a node: full name, level, message, figures by name, and time of receipt [s]."""
 
     name: str
@@ -239,18 +238,9 @@ class NodeReport:
 def nodes(reports: Iterable[NodeReport], now: float) -> Part:
     """The part `nodes` at a time on the clock of the reports [s]."""
     rows = []
-    for report in sorted(reports, key=lambda each: each.name):
-        age = max(0.0, now - report.came)
-        rows.append(
-            {
-                "name": report.name,
-                "level": report.level,
-                "message": report.message,
-                "age": round(age),
-                "silent": age > SILENT_AFTER,
-                "values": dict(report.values),
-            }
-        )
+    for name, level, message, values, came in sorted(reports, key=lambda each: each.name):
+        told, age = {"name": name, "level": level, "message": message}, max(0.0, now - came)
+        rows.append(told | {"age": round(age), "silent": age > SILENT_AFTER, "values": dict(values)})
     return rows
 
 

@@ -20,18 +20,16 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from collplan_ros.view.access_check import answer, page_files, refusal
-from collplan_ros.view.commands import CommandError, PageCommand, WrongToken, command_from_text, number_of
+from collplan_ros.view import requests
 from collplan_ros.view.frames import Newest, Texts, as_json, joined
+from collplan_ros.view.requests import PageCommand
 
 ADDRESS = "127.0.0.1"
 """The only address that is listened on."""
 LARGEST_MESSAGE = 4096
 """Largest message of a client [bytes]."""
-HANDSHAKE_PATIENCE = 5.0
-"""Time within which a connection must send its request [s]."""
-SEND_PATIENCE = 5.0
-"""Time within which a page must receive a frame [s]."""
+HANDSHAKE_PATIENCE = SEND_PATIENCE = 5.0
+"""Time within which a connection must send its request, and a page must receive a frame [s]."""
 SEND_BUFFER = 65536
 """Size of the system's send buffer of a page [bytes]: its content can no longer be merged."""
 MOST_ANSWERS = 50
@@ -70,7 +68,7 @@ class PageServer:
         self._most_clients = most_clients
         self._take = take
         self._log = log
-        self._files = page_files(self.token)
+        self._files = requests.page_files(self.token)
         self._newest = Newest()
         self._clients: set[_Client] = set()
         self._left_at = -float("inf")
@@ -80,7 +78,9 @@ class PageServer:
         self.port = int(self._socket.getsockname()[1])
         self._loop = asyncio.new_event_loop()
         self._end = asyncio.Event()
-        self._thread = threading.Thread(target=self._run, name="page_server", daemon=True)
+        self._thread = threading.Thread(
+            target=self._loop.run_until_complete, args=(self._serve(),), name="page_server", daemon=True
+        )
         self._thread.start()
 
     @property
@@ -104,19 +104,13 @@ class PageServer:
         """Closes all pages and ends the thread."""
         self._soon(self._end.set)
         self._thread.join()
+        self._loop.close()
 
     # ---- in the server's thread
 
     def _soon(self, act: Callable[..., object], *args: object) -> None:
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(act, *args)
-
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        try:
-            self._loop.run_until_complete(self._serve())
-        finally:
-            self._loop.close()
 
     async def _serve(self) -> None:
         quiet = logging.getLogger("collplan.page")
@@ -137,9 +131,9 @@ class PageServer:
             await self._end.wait()
 
     def _process(self, _: ServerConnection, request: Request) -> Response | None:
-        reply = answer(request, self._files)
+        reply = requests.answer(request, self._files)
         if reply is None and len(self._clients) >= self._most_clients:
-            reply = refusal(HTTPStatus.SERVICE_UNAVAILABLE, "the largest number of pages is open")
+            reply = requests.refusal(HTTPStatus.SERVICE_UNAVAILABLE, "the largest number of pages is open")
         if reply is not None and reply.status_code >= 400:
             self._refuse(f"{reply.status_code} to {_seen(request)}: {reply.body.decode().strip()}")
         return reply
@@ -187,18 +181,15 @@ class PageServer:
     def _heard(self, client: "_Client", message: str | bytes) -> bool:
         """Acts on a message of a page; returns whether the page may stay."""
         try:
-            command = command_from_text(message, self.token)
-        except WrongToken:
+            command = requests.command_from_text(message, self.token)
+        except requests.WrongToken:
             self._refuse("a command without the token of this start; nothing was done, and its connection is closed")
             return False
-        except CommandError as error:
-            client.say(number_of(message), False, str(error))
+        except requests.CommandError as error:
+            client.say(requests.number_of(message), False, str(error))
             return True
-        self._take(command, partial(self._reply, client, command.number))
+        self._take(command, partial(self._soon, client.say, command.number))
         return True
-
-    def _reply(self, client: "_Client", number: int, done: bool, text: str) -> None:
-        self._soon(client.say, number, done, text)
 
 
 class _Client:

@@ -23,8 +23,8 @@ Frame = dict[str, Any]
 """A frame, by part: see `view.scene`."""
 
 POSES, COMMANDS, STATUS = "mocap/odom", "cmd_vel", "goal_status"
-NOT_TAKEN = {"impact/contact", "goal_pose"}
-"""Topics whose content is taken from the run's results and marks: true impacts, where they are known."""
+NOT_TAKEN = {"impact/contact", "goal_pose", "shared_constants"}
+"""Topics whose content is taken from the run's results, marks and parameters: true impacts, where they are known."""
 DECIMATED = ("scan", "planner/seen", "planner/compared")
 """Topics of which not every message of a long run is shown."""
 PERIOD = 0.05
