@@ -1,8 +1,5 @@
 """The local clock of a node, for ages and timers."""
 
-from collections.abc import Callable
-from typing import Protocol
-
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
@@ -33,40 +30,3 @@ def seconds(clock: Clock) -> float:
 def described_age(age: float) -> str:
     """An age [s] in words, to follow "no pose": "yet" for an infinite one, else "for 1.2 s"."""
     return "yet" if age == float("inf") else f"for {age:.1f} s"
-
-
-class Times(Protocol):
-    """The time by which the ages of messages are measured."""
-
-    def now(self) -> float:
-        """The present time [s]."""
-
-    def sent(self, wall: float) -> float:
-        """The time of a message that was sent at `wall` [s, system's clock of its sender], up to a constant [s]."""
-
-
-class SimulatedTimes:
-    """Simulated time, which stands still while a message is on its way."""
-
-    def __init__(self, now: Callable[[], float]) -> None:
-        """`now` gives the present time [s]."""
-        self.now = now
-
-    def sent(self, wall: float) -> float:
-        """Returns the present time [s]: it was sent in the moment in which it came."""
-        return self.now()
-
-
-class SteadyTimes:
-    """Real time, by the steady clock of this machine."""
-
-    def __init__(self) -> None:
-        self._clock = steady_clock()
-
-    def now(self) -> float:
-        """The present time of the steady clock [s]."""
-        return seconds(self._clock)
-
-    def sent(self, wall: float) -> float:
-        """Returns it unchanged: the two clocks differ by a constant, until one of them is set."""
-        return wall

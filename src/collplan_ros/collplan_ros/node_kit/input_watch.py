@@ -1,5 +1,6 @@
 """State of one input of a node over time: it comes, it is missing, or it is refused."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable
@@ -27,6 +28,7 @@ class InputWatch:
     def __init__(self, name: str, need: str, publishers: Callable[[], list[str]]) -> None:
         self.name = name
         self.n_taken = self.n_refused = 0  # messages so far
+        self.taken_at = -math.inf  # local time of the newest one taken [s]
         self._need = need
         self.hint = self.dropped = self.conflict = ""
         """What is suspicious of messages taken; why the newest was neither taken nor refused; which contradict each

@@ -12,11 +12,10 @@ from collplan_core.loop.input_gate import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.clock import seconds, steady_clock
+from collplan_ros.node_kit.clock import local_clock, seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import OK, WARN, Health
 from collplan_ros.node_kit.input_watch import COMES, CONFLICT, STREAM, InputWatch, counted
-from collplan_ros.node_kit.publishers import known_publishers
-from collplan_ros.node_kit.senders import Senders
+from collplan_ros.node_kit.publishers import Senders, known_publishers, why_several
 
 Info = Mapping[str, Any]
 """source_timestamp [ns, wall clock of the sender], publication_sequence_number and more, by name."""
@@ -66,7 +65,7 @@ class Inputs:
         self._node = node
         self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}
-        self._steady = steady_clock()
+        self._steady, self._local = steady_clock(), local_clock(node)
         self._senders: dict[str, Senders] = {}
         self._conflicts: dict[str, str] = {}
         self._clock_runs = False
@@ -121,6 +120,7 @@ class Inputs:
                 self.count_sender(topic)
             if is_ours and watch.n_refused == before:
                 watch.n_taken += 1
+                watch.taken_at = seconds(self._local)
             watch.dropped = "" if is_ours else ONLY_OTHERS
 
         subscription = self._node.create_subscription(message_type, topic, with_info(take), qos, raw=raw)
@@ -135,6 +135,10 @@ class Inputs:
     def _why_no_time(self) -> str:
         n = self._node.count_publishers("/clock")
         return f"but no /clock: {counted(n)}{', nothing received later than 0 s' * (n > 0)}, and use_sim_time is true"
+
+    def age(self, topic: str) -> float:
+        """Time since the newest message that was taken, by the node's local clock [s]; infinite before the first."""
+        return seconds(self._local) - self._watches[topic].taken_at
 
     def refused(self, topic: str, reason: str, kind: str = "") -> None:
         """Counts a message as refused, as `kind` or its topic; the next look logs the reason.
@@ -165,18 +169,17 @@ class Inputs:
         return replace(health, level=max(health.level, WARN), message="; ".join(reasons))
 
     def publishers(self, topic: str) -> list[str]:
-        """Full names of the other nodes that publish a topic."""
-        return sorted(set(known_publishers(self._node, topic)) - {self._node.get_fully_qualified_name()})
+        """Full name of the other node of each publisher of a topic."""
+        own = self._node.get_fully_qualified_name()
+        return sorted(name for name in known_publishers(self._node, topic) if name != own)
 
     def _why_several(self, topic: str) -> str:
         """Returns who publishes a topic where messages of several nodes come, and what to do; "" for one."""
         if topic not in self._senders or not self._senders[topic].are_several(seconds(self._steady)):
             return ""
-        full, names = self._node.resolve_topic_name(topic), self.publishers(topic)
-        if len(names) < 2:
-            return f"two nodes publish {full}, both named {''.join(names) or '(not known yet)'}; expected one: end one"
+        full = self._node.resolve_topic_name(topic)
         shared = ", at least two of these the same transform" if full == TF else ""
-        return f"{len(names)} nodes publish {full}{shared}: {', '.join(names)}; expected one: end all but one"
+        return why_several(full, self.publishers(topic), True, shared)
 
     def ready(self, about: str) -> None:
         """Logs that the node is ready, with its topics and its own description, and watches from now on."""

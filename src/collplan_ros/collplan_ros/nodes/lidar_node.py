@@ -7,7 +7,6 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
-from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Lidar, Limits
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar
@@ -43,7 +42,6 @@ class LidarNode(GraphNode):
         self._world = load_world(self._settings.lidar.world)
         self._state: State | None = None
         self._scanned: State | None = None
-        self._poses_clock = PosesClock()
         self._scans = 0
         self._reported = 0
         self._frame = self._settings.lidar.frame or self._settings.frames.base
@@ -75,7 +73,6 @@ class LidarNode(GraphNode):
     def _take_pose(self, raw: bytes) -> None:
         frames = self._settings.frames
         self._state = state_from_bytes(raw, frames.map, frames.base)
-        self._poses_clock.received(self._state.stamp, self._local())
         scan = None if self._sweeps is None else self._sweeps.take_pose(self._state)
         if scan is not None:
             self._publish(scan)
@@ -101,7 +98,7 @@ class LidarNode(GraphNode):
         self._scans += 1
 
     def _pose_age(self) -> float:
-        return self._poses_clock.age(self._local())
+        return self._inputs.age("mocap/odom")
 
     def _health(self) -> Health:
         age, refusals = self._pose_age(), self._inputs.refusals

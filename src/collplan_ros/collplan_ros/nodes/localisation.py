@@ -56,8 +56,8 @@ class Localisation:
         if not is_static:
             self._inputs.count_sender("/tf")
         if self._static and self._dynamic:
-            both = " and ".join(f"{on} ({', '.join(self._inputs.publishers(on))})" for on in ("/tf", "/tf_static"))
-            what = f"the transform from {self._parent} to {self._child} comes on {both}"
+            named = [f"{on} ({', '.join(dict.fromkeys(self._inputs.publishers(on)))})" for on in ("/tf", "/tf_static")]
+            what = f"the transform from {self._parent} to {self._child} comes on {' and '.join(named)}"
             self._inputs.conflict("/tf_static", f"{what}, the newest is taken; expected one source: end one")
 
     def known(self) -> FrameInMap:

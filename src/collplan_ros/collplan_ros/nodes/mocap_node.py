@@ -14,7 +14,6 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
-from collplan_core.ages import PosesClock
 from collplan_core.impact import Impact
 from collplan_core.learning.drive import Drive, with_drive
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
@@ -109,7 +108,7 @@ class MocapNode(GraphNode):
         self._compared = (math.nan, math.nan, 0)
         self._counts: Counter[str] = Counter()
         self._refused = self._reported = 0
-        self._poses_clock = PosesClock()
+        self._taken_at = -math.inf
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
         self._refusal = self.create_publisher(String, "mocap/refused", EVENT)
@@ -184,7 +183,7 @@ class MocapNode(GraphNode):
         if self._memory.track is before.track:
             self._counts["left_out"] += 1
             return
-        self._poses_clock.received(sample.stamp, received)
+        self._taken_at = received
         if len(before.track.times):
             self._longest_gap = max(self._longest_gap, sample.stamp - float(before.track.times[-1]))
         self._watch_stamps(sample.stamp, received)
@@ -248,7 +247,7 @@ class MocapNode(GraphNode):
 
     def _age(self) -> float:
         """Local time since the newest pose was taken [s]."""
-        return self._poses_clock.age(self._local())
+        return self._local() - self._taken_at
 
     def _is_late(self) -> bool:
         return self._age() > self._settings.limits.pose_age

@@ -25,11 +25,11 @@ from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
 from collplan_ros.messages.reading import twist_of
 from collplan_ros.messages.states import FREE, HELD, STOPPED, goal_from_status
 from collplan_ros.node_kit import input_watch
-from collplan_ros.node_kit.clock import SteadyTimes, Times, steady_clock
+from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.publishers import Commanders
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
-from collplan_ros.nodes.commanders import Commanders
 
 AGAIN = 1.0
 """Period at which the present state is repeated [s]: after a restart a latched message can be seconds late."""
@@ -104,9 +104,17 @@ class RobotContract:
     """Commands, the interlock and the emergency stop of one robot."""
 
     def __init__(
-        self, node: Node, inputs: Inputs, robot: ContractedRobot, settings: Settings, times: Times | None = None
+        self,
+        node: Node,
+        inputs: Inputs,
+        robot: ContractedRobot,
+        settings: Settings,
+        simulated: Callable[[], float] | None = None,
     ) -> None:
-        """Subscribes through `inputs` and serves in `node`; ages are measured by `times`, by default in real time."""
+        """Subscribes through `inputs` and serves in `node`.
+
+        Ages are measured in real time, or by the time `simulated` [s], which stands still while a message is under way.
+        """
         self.stopped_by = ""  # cause of the latched emergency stop, in words; empty while it is not latched
         self._ignored = self.releases = self.clearances = 0
         self._node = node
@@ -118,7 +126,8 @@ class RobotContract:
         self._delay = SmallestDelay()
         self._commands = self._late = 0
         self._taken_at = -math.inf
-        self._times = times or SteadyTimes()
+        self._simulated = simulated
+        self._steady = steady_clock()
         self._stalls = StallGuard()
         self._commanders = Commanders(node, "cmd_vel")
         self._state = RobotState(node)
@@ -172,7 +181,7 @@ class RobotContract:
 
     def look(self) -> None:
         """Holds the robot for a reason such as a second commander or silence. Notes stalls of this node."""
-        now = self._times.now()
+        now = self._now()
         self._stalls.tick(now)
         self._commanders.look(now)
         reason = self._why_hold()
@@ -187,12 +196,16 @@ class RobotContract:
 
     # ---- commands
 
+    def _now(self) -> float:
+        return self._simulated() if self._simulated else seconds(self._steady)
+
     def _take_command(self, message: Twist | TwistStamped) -> None:
-        now = self._times.now()
+        now = self._now()
         if self._stalls.tick(now):
             self.look()
         is_first = math.isinf(self._delay.least)
-        self._delay, age = self._delay.measured(self._times.sent(self._inputs.sent), now)
+        # the clocks of sender and receiver differ by a constant, until one of them is set
+        self._delay, age = self._delay.measured(now if self._simulated else self._inputs.sent, now)
         self._commanders.took(self._inputs.number, now)
         # the first one's age is unknown, and messages queued in a stall were sent before its end
         if is_first or age >= self._settings.limits.command_age or now - age <= self._stalls.ended:
