@@ -1,7 +1,6 @@
 """The subscriptions of a node, and its log lines about them."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import wraps
 from typing import Any
 
@@ -13,7 +12,6 @@ from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds, steady_clock
-from collplan_ros.node_kit.diagnostics import OK, WARN, Health
 from collplan_ros.node_kit.input_watch import COMES, CONFLICT, STREAM, InputWatch, counted
 from collplan_ros.node_kit.publishers import Senders, known_publishers, why_several
 
@@ -160,13 +158,10 @@ class Inputs:
         """Notes what does not fit together, "" for nothing: an error, logged once, and on /diagnostics meanwhile."""
         self._conflicts[topic] = text
 
-    def judged(self, health: Health) -> Health:
-        """A node's health, at least a warning while inputs are in conflict."""
-        conflicts = [watch.conflict for watch in self._watches.values() if watch.conflict]
-        if not conflicts:
-            return health
-        reasons = conflicts if health.level == OK else [*conflicts, health.message]
-        return replace(health, level=max(health.level, WARN), message="; ".join(reasons))
+    @property
+    def conflicts(self) -> list[str]:
+        """What does not fit together now, in sentences."""
+        return [watch.conflict for watch in self._watches.values() if watch.conflict]
 
     def publishers(self, topic: str) -> list[str]:
         """Full name of the other node of each publisher of a topic."""

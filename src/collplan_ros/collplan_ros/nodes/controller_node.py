@@ -32,7 +32,7 @@ from collplan_ros.messages.reading import impact_from_message
 from collplan_ros.messages.states import goal_from_status
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.diagnostics import WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.input_watch import EVENT, STATE
 from collplan_ros.node_kit.inputs import Inputs
@@ -164,21 +164,14 @@ class ControllerNode(GraphNode):
             "motion": self._loop.motion.verdict.kind,
             "motion_delay_s": self._loop.motion.verdict.delay,
             **self._period.values,
-            **self._loop.refusals.values,
         }
-        two_hands = self._hand.why_refused()
-        if two_hands:
-            return Health(WARN, two_hands, values)
-        override_trouble = self._loop.override_trouble
-        if self._outputs.command.maneuver == HAND:
-            slowly = f", slowly: {override_trouble}" if override_trouble else ""
-            return Health(WARN if override_trouble else OK, f"driven by hand{slowly}", values)
-        if self._outputs.command.maneuver != STOPPED:
-            trouble, slowly = self._loop.motion.verdict.reason, self._outputs.command.reason
-            moving = f"moving slowly: {slowly}" if slowly else "moving"
-            return Health(WARN, trouble, values) if trouble else Health(OK, moving, values)
-        troubled = self._loop.goal_active or override_trouble or self._constants.disagreement
-        return Health(WARN if troubled else OK, f"standing still: {self._outputs.command.reason}", values)
+        loop, maneuver, words = self._loop, self._outputs.command.maneuver, self._outputs.words(self._loop)
+        is_to_move = loop.override_trouble or (
+            maneuver == STOPPED and (loop.goal_active or self._constants.disagreement)
+        )
+        stands = words if is_to_move and maneuver in (HAND, STOPPED) else ""
+        motion = "" if maneuver in (HAND, STOPPED) else loop.motion.verdict.reason
+        return Health.of(values, words, (WARN, self._hand.why_refused()), (WARN, stands), (WARN, motion))
 
     def stop(self) -> None:
         """Commands zero and waits until the robot has received it."""

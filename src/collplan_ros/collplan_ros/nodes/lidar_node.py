@@ -20,7 +20,7 @@ from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import described_age
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.periodic import call_each_period
@@ -101,15 +101,12 @@ class LidarNode(GraphNode):
         return self._inputs.age("mocap/odom")
 
     def _health(self) -> Health:
-        age, refusals = self._pose_age(), self._inputs.refusals
-        values = {"scans": self._scans, "world": self._world.name, "pose_age_s": age, **refusals.values}
-        before, self._reported = self._reported, refusals["pose"]
-        if self._reported > before:
-            return Health(WARN, f"pose refused: {refusals.newest}", values)
-        if age > self._settings.limits.pose_age:
-            topic = self.resolve_topic_name("mocap/odom")
-            return Health(ERROR, f"no scan: no pose on {topic} {described_age(age)}", values)
-        return Health(OK, "scanning", values)
+        age, refusals, topic = self._pose_age(), self._inputs.refusals, self.resolve_topic_name("mocap/odom")
+        values = {"scans": self._scans, "world": self._world.name, "pose_age_s": age}
+        new, self._reported = refusals["pose"] > self._reported, refusals["pose"]
+        missing = f"no scan: no pose on {topic} {described_age(age)}" if age > self._settings.limits.pose_age else ""
+        refused = f"pose refused: {refusals.newest}" if new else ""
+        return Health.of(values, "scanning", (WARN, refused), (ERROR, missing))
 
 
 def main(args: list[str] | None = None) -> int:

@@ -37,7 +37,7 @@ from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, LATCHED, POSE_LISTENED, POSE_PUBLISHED, TRANSFORMS
 from collplan_ros.messages.status_values import drive_from_message
 from collplan_ros.node_kit.clock import described_age, seconds
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.input_watch import EVENT as AN_EVENT
 from collplan_ros.node_kit.inputs import Inputs
@@ -255,17 +255,19 @@ class MocapNode(GraphNode):
     def _health(self) -> Health:
         age, refusals = self._age(), self._inputs.refusals
         new, self._reported = self._refused - self._reported, self._refused
-        values = {**self._counts, **refusals.values, "refused": self._refused, "age_s": age}
-        topic = self.resolve_topic_name(self._settings.mocap.topic)
-        if self._repeats and self._is_late():
-            return Health(ERROR, f"{SAME_POSE} on {topic} {described_age(age)}", values)
-        if new:
-            return Health(WARN, f"{new} poses refused, the last for {refusals.newest}", values)
-        if self._longest_gap > self._settings.limits.pose_age and age < 2.0 * self._longest_gap:
-            return Health(WARN, self._too_slow(), values)
-        if self._is_late():
-            return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
-        return Health(OK, "poses come in", values)
+        values = {**self._counts, "refused": self._refused, "age_s": age}
+        missing = (
+            f"on {self.resolve_topic_name(self._settings.mocap.topic)} {described_age(age)}" if self._is_late() else ""
+        )
+        is_slow = self._longest_gap > self._settings.limits.pose_age and age < 2.0 * self._longest_gap
+        return Health.of(
+            values,
+            "poses come in",
+            (ERROR, f"{SAME_POSE} {missing}" if self._repeats and missing else ""),
+            (WARN, f"{new} poses refused, the last for {refusals.newest}" if new else ""),
+            (WARN, self._too_slow() if is_slow else ""),
+            (ERROR, missing and f"no pose {missing}"),
+        )
 
     def _too_slow(self) -> str:
         """Returns why no pose is passed on: poses come too far apart to give a velocity."""

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 from std_msgs.msg import Empty
@@ -23,10 +23,10 @@ from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
 from collplan_ros.messages.reading import twist_of
-from collplan_ros.messages.states import FREE, HELD, STOPPED, goal_from_status
+from collplan_ros.messages.states import FREE, HELD, STOPPED, goal_from_status, status_message
 from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.clock import seconds, steady_clock
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.publishers import Commanders
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
@@ -61,8 +61,7 @@ class RobotState:
         self.name, self.message, self._knows_planner = name, message, knows_planner
         level = DiagnosticStatus.OK if name == FREE else DiagnosticStatus.WARN
         values = {"state": name, "reason": reason, "knows_planner": "yes" if knows_planner else "no"}
-        pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
-        self._status = DiagnosticStatus(level=level, name=self._source, message=message, values=pairs)
+        self._status = status_message(self._source, level, message, values)
         self._out.publish(self._status)
         if not is_news:
             return
@@ -165,13 +164,10 @@ class RobotContract:
 
     def health(self, values: Mapping[str, object], warning: str, well: str) -> Health:
         """A robot's health: figures by name, and the warning of a fault that does not stop it, or else `well`."""
-        if self._commanders.why_refused:
-            return Health(ERROR, self._commanders.why_refused, values)
         waits = self._state.message
-        if self.stopped_by or (waits and self._interlock.reason != STARTED):
-            return Health(WARN, waits, values)
+        stands = waits if self.stopped_by or self._interlock.reason != STARTED else ""
         trouble = warning or (REFUSED if self._check.last_refused else "")
-        return Health(WARN, trouble, values) if trouble else Health(OK, waits or well, values)
+        return Health.of(values, waits or well, (ERROR, self._commanders.why_refused), (WARN, stands), (WARN, trouble))
 
     @property
     def counts(self) -> dict[str, object]:

@@ -37,7 +37,7 @@ class SimulatorNode(GraphNode):
         simulated = (lambda: self._room.simulator.time) if self._room.publishes_clock else None
         self._contract = RobotContract(self, self._inputs, self, self._settings, simulated)
         self.create_service(Trigger, "reset", self._reset)
-        self._begin()
+        self._begin(self._inputs)
         self._inputs.ready(self._room.description)
 
     def start(self) -> None:
