@@ -14,6 +14,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
+from collplan_core.ages import CLOCK, why_clock_is_wrong
 from collplan_core.impact import Impact
 from collplan_core.learning.drive import Drive, with_drive
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
@@ -26,10 +27,10 @@ from collplan_core.sensing.pose_filter import (
     FilterResult,
     PoseError,
     PoseSample,
+    described_pose,
     filter_pose,
     warm_up,
 )
-from collplan_core.sensing.refused_pose import CLOCK, described_pose, why_clock_is_wrong, why_refused
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
@@ -178,7 +179,7 @@ class MocapNode(GraphNode):
         received, before = self._local(), self._memory
         result, self._memory = filter_pose(before, sample, received, self._driving)
         if result.refused:
-            self._refuse(result.refused, why_refused(result.refused, sample, before, self._settings, result.speed))
+            self._refuse(result.refused, result.why)
             return
         if self._memory.track is before.track:
             self._counts["left_out"] += 1
