@@ -23,7 +23,7 @@ from collplan_ros.messages.conversions import goal_to_message, header
 from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, impact_to_cloud, plan_to_message, seen_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
-from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.raw_reading import plan_to_path
 from collplan_ros.messages.states import status_message
 from collplan_ros.node_kit.diagnostics import OK, Health
 from collplan_ros.node_kit.graph_node import GraphNode

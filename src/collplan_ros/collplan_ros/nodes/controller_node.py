@@ -32,11 +32,10 @@ from collplan_ros.messages.reading import impact_from_message
 from collplan_ros.messages.states import goal_from_status
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
+from collplan_ros.node_kit.clock import call_each_period
 from collplan_ros.node_kit.diagnostics import WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
-from collplan_ros.node_kit.input_watch import EVENT, STATE
-from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.periodic import call_each_period
+from collplan_ros.node_kit.inputs import EVENT, STATE, Inputs
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes import heartbeat
 from collplan_ros.nodes.controller_outputs import ControllerOutputs, ControlPeriod

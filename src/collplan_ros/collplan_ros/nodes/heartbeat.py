@@ -8,8 +8,7 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 
 from collplan_ros.messages import qos
-from collplan_ros.node_kit.clock import follows_clock, local_clock
-from collplan_ros.node_kit.periodic import call_each_period
+from collplan_ros.node_kit.clock import call_each_period, follows_clock, local_clock
 
 TOPIC = "planner/heartbeat"
 BEAT_PERIOD = 0.05

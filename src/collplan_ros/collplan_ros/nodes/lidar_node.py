@@ -19,11 +19,10 @@ from collplan_ros.messages.conversions import scan_to_message
 from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.node_kit.clock import described_age
+from collplan_ros.node_kit.clock import call_each_period, described_age
 from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
 
 GROUPS = (Lidar, Limits, Frames)

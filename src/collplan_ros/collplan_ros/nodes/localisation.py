@@ -9,8 +9,7 @@ from collplan_core.sensing.localised import FrameInMap
 from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS, TRANSFORMS
 from collplan_ros.messages.reading import MessageError, place_fields, seconds_from_stamp
-from collplan_ros.node_kit.input_watch import EVENT
-from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.inputs import EVENT, Inputs
 
 UNLOCALISED = "unlocalised"
 """Reason of a pose that is refused because its frame is not known in the map yet, or not any more."""

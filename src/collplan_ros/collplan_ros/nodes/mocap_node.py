@@ -40,7 +40,7 @@ from collplan_ros.messages.status_values import drive_from_message
 from collplan_ros.node_kit.clock import described_age, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
-from collplan_ros.node_kit.input_watch import EVENT as AN_EVENT
+from collplan_ros.node_kit.inputs import EVENT as AN_EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.localisation import Localisation

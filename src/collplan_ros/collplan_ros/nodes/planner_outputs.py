@@ -22,7 +22,7 @@ from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.mover_markers import found_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, plan_to_message, seen_layers, seen_to_message
-from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.raw_reading import plan_to_path
 from collplan_ros.messages.states import goal_to_status, status_message
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.run_node import publish_acknowledged

@@ -24,9 +24,9 @@ from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
 from collplan_ros.messages.reading import twist_of
 from collplan_ros.messages.states import FREE, HELD, STOPPED, goal_from_status, status_message
-from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
+from collplan_ros.node_kit.inputs import EVENT as EVENT_INPUT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.publishers import Commanders
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
@@ -131,8 +131,8 @@ class RobotContract:
         self._commanders = Commanders(node, "cmd_vel")
         self._state = RobotState(node)
         self._resumed = node.create_publisher(Empty, "robot/resumed", EVENT)
-        inputs.listen(command_type(settings.controller), "cmd_vel", self._take_command, NEWEST, input_watch.EVENT)
-        inputs.listen(GoalStatus, "goal_status", self._take_goal, LATCHED, input_watch.EVENT)
+        inputs.listen(command_type(settings.controller), "cmd_vel", self._take_command, NEWEST, EVENT_INPUT)
+        inputs.listen(GoalStatus, "goal_status", self._take_goal, LATCHED, EVENT_INPUT)
         self._serve("estop", self._stop)
         self._serve("clear_estop", self._clear_stop)
         self._serve("resume", self._resume)
