@@ -3,7 +3,7 @@
 from rclpy.serialization import serialize_message
 from std_srvs.srv import Trigger
 
-from collplan_ros.node_kit import periodic
+from collplan_ros.node_kit import clock
 
 
 def give(node, topic: str, message, sent: float = 0.0) -> None:
@@ -17,7 +17,7 @@ def give(node, topic: str, message, sent: float = 0.0) -> None:
 def tick(node, period: float) -> None:
     """Calls the timer of this period [s]; of several the one that does what the node is for."""
     timers = [timer for timer in node.timers if timer.timer_period_ns == round(1e9 * period)]
-    own = [timer for timer in timers if timer.callback.__module__ == periodic.__name__]
+    own = [timer for timer in timers if timer.callback.__module__ == clock.__name__]
     own = own or [timer for timer in timers if timer.callback.__self__ is node]
     (timer,) = own or timers
     timer.callback()

@@ -11,8 +11,7 @@ from rosgraph_msgs.msg import Clock
 from collplan_core.ages import PosesClock
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.qos import NEWEST
-from collplan_ros.node_kit.clock import local_clock, seconds
-from collplan_ros.node_kit.periodic import IN_STEP, call_each_period, keep_step
+from collplan_ros.node_kit.clock import IN_STEP, call_each_period, keep_step, local_clock, seconds
 
 
 @given(st.floats(0.0, 2e9), st.floats(0.0, 1e6), st.floats(0.0, 10.0))

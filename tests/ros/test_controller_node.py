@@ -22,7 +22,7 @@ from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.planner_clouds import plan_to_message
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED, NEWEST
-from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.raw_reading import plan_to_path
 from collplan_ros.messages.reading import GOAL_STATUS
 from collplan_ros.messages.states import goal_to_status
 from collplan_ros.nodes.controller_node import ControllerNode

@@ -2,7 +2,7 @@
 
 import pytest
 
-from collplan_ros.node_kit.input_watch import COMES, EVENT, STATE, STREAM, InputWatch
+from collplan_ros.node_kit.inputs import COMES, EVENT, STATE, STREAM, InputWatch
 
 NOBODY, HEARD = [], [""]
 ABSENT, SILENT = "no scan: 0 publishers", "no scan: 1 publisher, nothing received"

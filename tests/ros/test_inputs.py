@@ -13,8 +13,8 @@ from terminal import INFO, WARN, Terminal
 from collplan_core.scan import ScanError
 from collplan_ros.messages.qos import EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.messages.reading import MessageError
-from collplan_ros.node_kit import input_watch
-from collplan_ros.node_kit.inputs import Inputs, type_name
+from collplan_ros.node_kit.inputs import EVENT as EVENT_INPUT
+from collplan_ros.node_kit.inputs import STATE, Inputs, type_name
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -33,8 +33,8 @@ class Listening(Node):
         self.inputs = Inputs(self)
         self.inputs.listen(Odometry, "mocap/odom", self.take, POSE_SUBSCRIBED, kind="pose")
         self.inputs.listen(LaserScan, "scan", self.take, SENSOR_DATA)
-        self.inputs.listen(String, "state", self.take, LATCHED, input_watch.STATE)
-        self.inputs.listen(PoseStamped, "goal_pose", self.take, EVENT, input_watch.EVENT)
+        self.inputs.listen(String, "state", self.take, LATCHED, STATE)
+        self.inputs.listen(PoseStamped, "goal_pose", self.take, EVENT, EVENT_INPUT)
         self.inputs.ready("strategy harness")
 
     def take(self, message):

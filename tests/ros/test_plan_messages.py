@@ -14,8 +14,7 @@ from collplan_core.plan import Contacts, Plan, timed_path
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages.cloud_reading import AT_CONTACT, HOLDS, ON_PATH, PLAN, plan_from_message
 from collplan_ros.messages.planner_clouds import plan_to_message
-from collplan_ros.messages.raw_reading import plan_from_path
-from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.raw_reading import plan_from_path, plan_to_path
 from collplan_ros.messages.reading import MessageError
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)

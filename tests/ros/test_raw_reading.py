@@ -13,8 +13,7 @@ from collplan_core.plan import timed_path
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages.conversions import header, pose_to_message, state_to_odometry
-from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
-from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.raw_reading import plan_from_path, plan_to_path, state_from_bytes
 from collplan_ros.messages.reading import MessageError
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=50)

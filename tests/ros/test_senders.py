@@ -10,7 +10,7 @@ from sensor_msgs.msg import LaserScan
 from terminal import ERROR, Terminal
 
 from collplan_ros.messages.qos import SENSOR_DATA
-from collplan_ros.node_kit.senders import Senders
+from collplan_ros.node_kit.publishers import Senders
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from node_health import NodeHealth

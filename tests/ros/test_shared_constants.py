@@ -62,17 +62,21 @@ def make(ros, name, namespace="", **values):
     return ros.make(lambda **kwargs: Sharing(name, namespace=namespace, **kwargs), parameters)
 
 
+def judged(node, health):
+    return health.with_inputs({}, [], node.constants.disagreement)
+
+
 def test_nodes_that_disagree_name_the_key_until_one_ends(ros):
     terminal = Terminal(ros)
     here = make(ros, "here")
     well, unwell = Health(OK, "fine", {"count": 1}), Health(ERROR, "worse")
-    assert here.constants.judged(well) == well
+    assert judged(here, well) == well
     there = make(ros, "there", radius=0.15)
     assert ros.wait_until(lambda: here.constants.disagreement and there.constants.disagreement)
     reason = "robot.radius: 0.09 here, 0.15 in /there"
     assert here.constants.disagreement == reason
-    assert here.constants.judged(well) == Health(WARN, reason, {"count": 1})
-    assert here.constants.judged(unwell) == unwell
+    assert judged(here, well) == Health(WARN, reason, {"count": 1})
+    assert judged(here, unwell) == unwell
     assert terminal.has(here, reason)
     ros.spin(1.5)  # what is checked again is not said again
     assert [level for level, _ in terminal.lines(here)] == [ERROR_LINE]

@@ -10,9 +10,8 @@ from std_msgs.msg import String
 
 from collplan_core.ages import StallGuard
 from collplan_ros.messages.qos import EVENT, LATCHED
-from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.inputs import STATE, Inputs
 
 STALL = 0.3
 """Longer than what a guard lets pass [s]."""
@@ -41,7 +40,7 @@ class Listener:
         inputs = Inputs(self.node, backlog=self.backlog)
         self.heard, self.states, self.news = [], [], []
         inputs.listen(String, "stream", lambda message: self.heard.append(message.data), EVENT)
-        inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, input_watch.STATE)
+        inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, STATE)
         inputs.listen(String, "news", lambda message: self.news.append(message.data), EVENT, late_counts=True)
 
 

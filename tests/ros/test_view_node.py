@@ -23,8 +23,9 @@ from collplan_ros.messages.conversions import goal_to_message, header
 from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, impact_to_cloud, plan_to_message, seen_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
-from collplan_ros.messages.raw_writing import plan_to_path
-from collplan_ros.node_kit.diagnostics import OK, Health, status_message
+from collplan_ros.messages.raw_reading import plan_to_path
+from collplan_ros.messages.states import status_message
+from collplan_ros.node_kit.diagnostics import OK, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.nodes import view_node
 from collplan_ros.nodes.view_node import ViewNode
@@ -141,7 +142,7 @@ def test_each_topic_is_on_the_page(ros, bench):
     ros.publisher(PointCloud2, "impact/contact", EVENT).publish(impact_to_cloud(contact, "map"))
     bench.latched(DiagnosticStatus, "controller/state", state_message("/controller_node", reason="<b>so</b>"))
     bench.latched(DiagnosticStatus, "robot/state", state_message("/driver_node", state="held", reason="just started"))
-    costs = status_message("/planner_node", Health(OK, "", {"planning_time_ms": 12.5, "total": 3.0}))
+    costs = status_message("/planner_node", OK, "", {"planning_time_ms": 12.5, "total": 3.0})
     ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(DiagnosticArray(status=[costs]))
     commands = ros.publisher(Twist, "cmd_vel", NEWEST)
     for _ in range(4):
@@ -288,7 +289,7 @@ def test_in_a_namespace_it_shows_and_drives_that_robot_alone(ros, stack):
     called = []
     offered(ros, bench, "estop", called, "/robot1/")
     for name in ("/robot1/planner_node", "/planner_node", "/robot2/planner_node"):
-        status = status_message(name, Health(OK, "fine"))
+        status = status_message(name, OK, "fine", {})
         ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED).publish(DiagnosticArray(status=[status]))
     assert bench.shows(lambda parts: parts.get("nodes"))
     assert {node["name"].rpartition("/")[0] for node in bench.parts["nodes"]} == {"/robot1"}

@@ -19,7 +19,7 @@ from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
 from collplan_ros.messages.planner_clouds import impact_to_cloud, plan_to_message
-from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.raw_reading import plan_to_path
 from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
 from collplan_ros.run.description import GOAL as GOAL_GIVEN
 from collplan_ros.run.run_log import (

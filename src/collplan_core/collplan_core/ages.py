@@ -9,6 +9,14 @@ STEP = 5.0
 """A delay longer than the smallest by more than this is a stepped clock, no message is under way for so long [s]."""
 SILENCE = 1.0
 """After a longer silence another one may send, by another clock [s]."""
+CATCHES_UP = 0.3
+"""Rate at which poses that stay late count as in time again: their clock was set back [s/s]."""
+CLOCK = "clock"
+"""Kind of a refusal beside accepted poses, whose stamps do not run as time does."""
+CLOCK_RATIO = 1.5
+"""Stamps that run faster or slower than this multiple of the local time cannot be seconds."""
+SLOWEST = 50.0
+"""Stamps that are slower than this are not of a simulation, but in another unit."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +74,18 @@ class PosesClock:
     def __init__(self) -> None:
         self._stamp: float | None = None
         self._local = 0.0
+        self._least_delay = math.inf
+        self.late = 0.0  # time by which the newest pose is later than the others [s]
 
-    def received(self, stamp: float, local: float) -> None:
-        """Registers a pose with this stamp [s, poses' clock], received at `local` [s, local clock]."""
+    def received(self, stamp: float, local: float, joins: bool = True) -> None:
+        """Registers a pose with this stamp [s, poses' clock], received at `local` [s, local clock].
+
+        One that does not join the one before, as where the robot was carried, is in time.
+        """
+        delay = local - stamp
+        before = self._least_delay + CATCHES_UP * (local - self._local) if joins else math.inf
+        self._least_delay = min(delay, before)
+        self.late = delay - self._least_delay
         self._stamp, self._local = stamp, local
 
     def now(self, local: float) -> float | None:
@@ -99,3 +116,13 @@ class StallGuard:
             return False
         self.gap, self.count, self.ended = gap, self.count + 1, now
         return True
+
+
+def why_clock_is_wrong(stamps: float, elapsed: float) -> str:
+    """Returns why stamps that advance by `stamps` [s] in `elapsed` [s] are wrong; empty if they are not."""
+    if math.isnan(elapsed) or elapsed / CLOCK_RATIO < stamps < elapsed * CLOCK_RATIO:
+        return ""
+    what = "in which unit are those of header.stamp?"
+    if elapsed / SLOWEST < stamps < elapsed:
+        what = f"a simulation? then use_sim_time: true for every node; else {what}"
+    return f"{stamps:.3g} s of stamps in {elapsed:.2f} s, expected as many: {what}"

@@ -81,7 +81,7 @@ class DriverNode(GraphNode):
         self.contract = RobotContract(self, self._inputs, self, self._settings)
         driver = self._settings.driver
         self.create_timer(1.0 / driver.rate, self._tick, clock=self._local_clock)
-        self._begin()
+        self._begin(self._inputs)
         self._inputs.ready(f"{driver.port} at {driver.baud} bit/s, {len(self._wheels)} wheels")
         self._logged_at = self.now()
 
@@ -222,7 +222,6 @@ class DriverNode(GraphNode):
         values: dict[str, object] = {**contract.counts, "expired": self._expired, **self._report.values()}
         if self._impacts is not None:
             values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
-            values |= self._inputs.refusals.values
         if self.link.trouble() and not contract.stopped_by:
             return Health(ERROR, self.link.trouble(), values)
         return contract.health(values, self._faults(FAULTS | BATTERY), "connected")

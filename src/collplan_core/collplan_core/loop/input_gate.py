@@ -87,10 +87,6 @@ REFUSED_POSE_AGE = 0.05
 """Oldest pose acted on while newer ones come and are refused [s]; one of them alone stops nothing at 100 Hz."""
 
 
-CATCHES_UP = 0.3
-"""Rate at which poses that stay late count as in time again: their clock was set back [s/s]."""
-
-
 class InputGate:
     """The age of poses and scans since local receipt [s], and counts of refused ones."""
 
@@ -102,7 +98,6 @@ class InputGate:
         self._refused: dict[str, str] = {}
         self._gate = ScanGate()
         self._clock = PosesClock()
-        self._least_delay, self._late, self._pose_at = math.inf, 0.0, 0.0
         self.state: State | None = None  # newest pose; None before the first
 
     def take_pose(self, state: State, local: float, settings: Settings) -> bool:
@@ -113,11 +108,7 @@ class InputGate:
         joins, judged = self.sensed.take_pose(state, local, settings)
         if not joins:
             self._refusals.add("pose_break", f"the poses begin anew at {state.stamp:.3f}")
-        self._clock.received(state.stamp, local)
-        delay = local - state.stamp
-        before = self._least_delay + CATCHES_UP * (local - self._pose_at) if joins else math.inf
-        self._least_delay, self._pose_at = min(delay, before), local
-        self._late = delay - self._least_delay
+        self._clock.received(state.stamp, local, joins)
         self._refused.pop("pose", None)
         self.state = state
         self._count(judged)
@@ -144,7 +135,7 @@ class InputGate:
         late = 0.0 if now is None else now - scan.stamp
         if late > limits.scan_age:
             return f"it comes {late:.2f} s after its stamp, limit {limits.scan_age:.2f} s"
-        early = -late - self._late  # a scan is not early because the newest pose is late
+        early = -late - self._clock.late  # a scan is not early because the newest pose is late
         if early > limits.pose_age:
             return f"it comes {early:.2f} s before its stamp, limit {limits.pose_age:.2f} s"
         return ""

@@ -128,7 +128,8 @@ class FilterResult(NamedTuple):
 
     state: State | None  # None when the pose was refused or left out, or while the first window fills
     impact: Impact | None = None  # an impact, once, when it is found; else None
-    refused: str = ""  # reason of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap, yaw or speed
+    refused: str = ""  # kind of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap, yaw or speed
+    why: str = ""  # why it was refused: what came, what was expected, and the parameter to look at
     relocated: bool = False  # whether the robot is somewhere else now; plans are then invalid
     kidnapped: bool = False  # whether it is, and not by stamps alone: somebody has moved it, or it is another body
     yaw_rate: float = math.nan  # yaw rate of the state [rad/s]
@@ -141,16 +142,18 @@ def filter_pose(
 ) -> tuple[FilterResult, FilterMemory]:
     """Filters one pose that was received at a local time [s]; uses settings.robot, .mocap and .limits.pose_age."""
     if not _is_finite(sample):
-        return FilterResult(None, refused=NOT_FINITE), memory
+        return _refusal(NOT_FINITE, f"{described_pose(sample)}, expected finite numbers"), memory
     x, y = sample.position.tolist()
-    off_floor = why_off_floor(sample.tilt, memory.floor.lift(x, y, sample.height), settings.mocap)
+    lift = memory.floor.lift(x, y, sample.height)
+    off_floor = why_off_floor(sample.tilt, lift, settings.mocap)
     if (off_floor == TILT and _is_momentary(memory.track, sample, settings.mocap)) or _is_repeated(
         memory.track, sample
     ):
         return FilterResult(None), memory
     if off_floor:
         # in the air it may be turned, as where nothing is seen of it
-        return FilterResult(None, refused=off_floor), memory._replace(suspects=NO_TRACK)
+        words = _words_off_floor(off_floor, sample, lift, settings.mocap)
+        return _refusal(off_floor, words), memory._replace(suspects=NO_TRACK)
     if memory.floor.is_new(x, y):
         memory = memory._replace(floor=memory.floor.with_height(x, y, sample.height))
     refused = _disagreement(memory.track, sample, received, settings)
@@ -161,11 +164,12 @@ def filter_pose(
         refused = LEAP
     if not refused:
         return _accepted(memory, memory.track, sample, received, settings)
+    result = _refusal(refused, _words_of_disagreement(refused, sample, memory.track, settings))
     unseen = memory.unseen or received - memory.heard > settings.mocap.relocation_time
     memory = memory._replace(heard=received, unseen=unseen)
     # what has leapt and turned is a leap also where the silence explains the distance by now
     if refused == YAW and not unseen and not leapt:
-        return FilterResult(None, refused=YAW), memory._replace(suspects=NO_TRACK)
+        return result, memory._replace(suspects=NO_TRACK)
     if not goes_on:
         memory = memory._replace(suspects=Track(begun=sample.stamp), suspected=refused)
     law, suspects = track_law(settings.robot, settings.mocap), memory.suspects
@@ -173,7 +177,7 @@ def filter_pose(
         x, y = sample.position.tolist()
         times, poses = with_pose(suspects.times, suspects.poses, sample.stamp, x, y, sample.yaw, law)
         suspects = Track(times, poses, suspects.begun, received, sample)
-        return FilterResult(None, refused=refused), memory._replace(suspects=suspects)
+        return result, memory._replace(suspects=suspects)
     result, taken = _accepted(memory._replace(impact=None), suspects, sample, received, settings)
     return result._replace(relocated=True, kidnapped=memory.suspected != STAMP), taken
 
@@ -225,7 +229,7 @@ def _accepted(
     if speed > MISTAKEN * limit:
         taken = taken._replace(mistrusted=received + settings.mocap.relocation_time)
     if speed > limit or received < taken.mistrusted:
-        return FilterResult(None, refused=SPEED, speed=speed), taken
+        return _refusal(SPEED, _words_of_speed(speed, sample, memory.track, settings), speed), taken
     state = State(sample.stamp, sample.position, np.array((motion.vx, motion.vy)), sample.yaw)
     deviations = deviations_of(motion, settings.robot, settings.mocap)
     return FilterResult(state, told, yaw_rate=motion.yaw_rate, deviations=deviations, speed=speed), taken
@@ -302,3 +306,51 @@ def _goes_on(track: Track, sample: PoseSample, received: float, settings: Settin
 def _begins_anew(track: Track, sample: PoseSample, limits: Limits) -> bool:
     """Returns whether a pose is the first of a track, or the first after a gap."""
     return track.newest is None or sample.stamp - track.newest.stamp > limits.pose_age
+
+
+# ---- a refusal in words
+
+
+def described_pose(sample: PoseSample) -> str:
+    """Returns a pose in words."""
+    place = ", ".join(f"{value:.3f}" for value in (*sample.position.tolist(), sample.height))
+    return f"pose {place}, yaw {sample.yaw:.2f}, tilt {sample.tilt:.2f} at {sample.stamp:.3f}"
+
+
+def _refusal(kind: str, why: str, speed: float = math.nan) -> FilterResult:
+    return FilterResult(None, refused=kind, why=why, speed=speed)
+
+
+def _words_off_floor(kind: str, sample: PoseSample, lift: float, mocap: Mocap) -> str:
+    if kind == TILT:
+        limit = f"expected at most {mocap.max_tilt:.2f} (mocap.max_tilt): mocap.axes ({mocap.axes})?"
+        return f"tilted by {sample.tilt:.2f} rad, {limit}"
+    return f"{lift:.3f} m off the floor, expected at most {mocap.max_lift:g} (mocap.max_lift): mocap.axes, mocap.units?"
+
+
+def _words_of_disagreement(kind: str, sample: PoseSample, track: Track, settings: Settings) -> str:
+    newest, mocap = track.newest, settings.mocap
+    if newest is None:
+        return described_pose(sample)
+    away, silence = math.dist(sample.position, newest.position), sample.stamp - newest.stamp
+    if kind == STAMP:
+        late = f"{sample.stamp:.3f} s is not later than the last, {newest.stamp:.3f} s"
+        return f"{late}: does the receiver stamp its poses?"
+    if kind == LEAP:
+        limit = f"expected at most robot.max_speed {settings.robot.max_speed:g} m/s: mocap.units ({mocap.units})?"
+        return f"{away:.2f} m within {silence:.3f} s to {described_pose(sample)}, {limit}"
+    turned = math.degrees(math.remainder(sample.yaw - newest.yaw, math.tau))
+    limit = f"expected at most mocap.max_spin {mocap.max_spin:g} rad/s: are the markers nearly symmetric?"
+    return f"turned by {turned:.0f} degrees within {silence:.3f} s, {limit}"
+
+
+def _words_of_speed(shown: float, sample: PoseSample, track: Track, settings: Settings) -> str:
+    """Why poses that show this speed [m/s], the newest of which follows a track, are not believed."""
+    limit = speed_limit(settings)
+    if shown > limit:
+        times = track.times[track.times >= sample.stamp - settings.mocap.velocity_window]
+        span = sample.stamp - float(times[0]) if len(times) else 0.0
+        found = f"{len(times) + 1} poses within {1000.0 * span:.1f} ms move at {shown:.2f} m/s"
+    else:
+        found = f"poses moved faster than {limit:.2f} m/s less than {settings.mocap.relocation_time:g} s ago"
+    return f"{found}, expected at most {limit:.2f}: does the receiver stamp at receipt (mocap.rate)? mocap.units?"

@@ -1,5 +1,7 @@
 """The topics goal_status, robot/state and controller/: state, drive. What planner, controller and robot are about."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -17,6 +19,16 @@ NOT_LEARNT = "its drive is not learnt yet: too little driving that follows the c
 
 NUMBERS = {name: number for number, name in GOAL_STATUS.items()}
 """Status as GoalStatus has it, by that of a `Goal`."""
+
+
+def status_message(name: str, level: bytes, message: str, values: Mapping[str, object]) -> DiagnosticStatus:
+    """Message of a node's status, by its full name, with floats printed to six digits."""
+    pairs = [KeyValue(key=str(key), value=_shown(value)) for key, value in values.items()]
+    return DiagnosticStatus(level=level, name=str(name), message=message, values=pairs)
+
+
+def _shown(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def goal_to_status(goal: Goal) -> GoalStatus:
@@ -57,12 +69,8 @@ def command_to_state(
         "reason": reason,
         "plan_stamp": "none" if plan_stamp is None else _printed(plan_stamp),
     }
-    return DiagnosticStatus(
-        level=DiagnosticStatus.WARN if is_to_move and command.maneuver in STANDING else DiagnosticStatus.OK,
-        name=str(source),
-        message=reason,
-        values=[KeyValue(key=key, value=value) for key, value in values.items()],
-    )
+    warns = is_to_move and command.maneuver in STANDING
+    return status_message(source, DiagnosticStatus.WARN if warns else DiagnosticStatus.OK, reason, values)
 
 
 def drive_to_message(
@@ -76,12 +84,11 @@ def drive_to_message(
     values = dict[str, float](zip(DRIVE, in_use, strict=True))
     for name, known in () if learnt is None else zip(DRIVE, learnt, strict=True):
         values |= {f"{name}.learnt": known.value, f"{name}.low": known.low, f"{name}.high": known.high}
-    return DiagnosticStatus(
-        level=DiagnosticStatus.WARN if unlike else DiagnosticStatus.OK,
-        name=source,
-        message=unlike or (NOT_LEARNT if learnt is None else str(learnt)),
-        values=[KeyValue(key=key, value=repr(float(value))) for key, value in values.items()],
+    level, told = (
+        DiagnosticStatus.WARN if unlike else DiagnosticStatus.OK,
+        NOT_LEARNT if learnt is None else str(learnt),
     )
+    return status_message(source, level, unlike or told, {key: repr(float(value)) for key, value in values.items()})
 
 
 def _printed(seconds: float) -> str:

@@ -1,10 +1,13 @@
-"""The local clock of a node, for ages and timers."""
+"""The local clock of a node, for ages, and timers for what it does each period."""
 
 from collections.abc import Callable
-from typing import Protocol
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.timer import Timer
+
+IN_STEP = 4_000_000
+"""Calls are in step that lie so near to where they belong [ns]: messages come sooner or later."""
 
 
 def local_clock(node: Node) -> Clock:
@@ -35,38 +38,41 @@ def described_age(age: float) -> str:
     return "yet" if age == float("inf") else f"for {age:.1f} s"
 
 
-class Times(Protocol):
-    """The time by which the ages of messages are measured."""
+def call_each_period(node: Node, period: float, act: Callable[[], None], clock: Clock) -> Timer:
+    """A timer of `node` that calls `act` each `period` [s] of `clock`, and never twice for one period.
 
-    def now(self) -> float:
-        """The present time [s]."""
+    EventsExecutor (rclpy 7.1.6) calls a timer twice where /clock comes again before it was called, and then not in the
+    next period. The next call stays where it was due: a simulation may wait for what is done in it.
+    """
 
-    def sent(self, wall: float) -> float:
-        """The time of a message that was sent at `wall` [s, system's clock of its sender], up to a constant [s]."""
+    def tick() -> None:
+        early = timer.time_until_next_call() - timer.timer_period_ns
+        if early > 0:
+            call_in(timer, early)
+        else:
+            act()
 
-
-class SimulatedTimes:
-    """Simulated time, which stands still while a message is on its way."""
-
-    def __init__(self, now: Callable[[], float]) -> None:
-        """`now` gives the present time [s]."""
-        self.now = now
-
-    def sent(self, wall: float) -> float:
-        """Returns the present time [s]: it was sent in the moment in which it came."""
-        return self.now()
+    timer = node.create_timer(period, tick, clock=clock)
+    return timer
 
 
-class SteadyTimes:
-    """Real time, by the steady clock of this machine."""
+def call_in(timer: Timer, left: int) -> None:
+    """Has a timer called in `left` [ns], and from then on in its own period."""
+    period = timer.timer_period_ns
+    timer.timer_period_ns = left
+    timer.reset()
+    timer.timer_period_ns = period
 
-    def __init__(self) -> None:
-        self._clock = steady_clock()
 
-    def now(self) -> float:
-        """The present time of the steady clock [s]."""
-        return seconds(self._clock)
+def keep_step(timer: Timer, period: float, lead: float) -> None:
+    """Moves a timer's calls to `lead` [s] before those of a caller that calls each `period` [s] and has just called.
 
-    def sent(self, wall: float) -> float:
-        """Returns it unchanged: the two clocks differ by a constant, until one of them is set."""
-        return wall
+    Does nothing where the timer's own period is not a multiple of the other one.
+    """
+    other, own = round(1e9 * period), timer.timer_period_ns
+    if own % other:
+        return
+    left = timer.time_until_next_call()
+    late = (left + round(1e9 * lead) + other // 2) % other - other // 2
+    if abs(late) > IN_STEP:
+        call_in(timer, left - late if left > late else left - late + other)

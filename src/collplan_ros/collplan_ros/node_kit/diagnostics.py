@@ -1,12 +1,13 @@
 """Health reports of a node: one status on /diagnostics, once a second."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED
+from collplan_ros.messages.states import status_message
 from collplan_ros.node_kit.clock import steady_clock
 
 OK = DiagnosticStatus.OK
@@ -21,6 +22,20 @@ class Health:
     level: bytes
     message: str
     values: Mapping[str, object] = field(default_factory=dict)
+
+    @staticmethod
+    def of(values: Mapping[str, object], well: str, *troubles: tuple[bytes, str]) -> "Health":
+        """The health of a node with these figures: the first of its troubles that has words, or `well`."""
+        level, words = next((trouble for trouble in troubles if trouble[1]), (OK, well))
+        return Health(level, words, values)
+
+    def with_inputs(self, refusals: Mapping[str, object], conflicts: Sequence[str], disagreement: str) -> "Health":
+        """The health with what was refused, and at least a warning while inputs are in conflict or constants differ."""
+        own = disagreement if self.level == OK else self.message
+        values = {**self.values, **refusals}
+        if not conflicts and not own:
+            return replace(self, values=values)
+        return Health(max(self.level, WARN), "; ".join(filter(None, [*conflicts, own])), values)
 
 
 class Diagnostics:
@@ -39,16 +54,7 @@ class Diagnostics:
 
     def publish(self) -> None:
         """Publishes the present health at once."""
-        message = DiagnosticArray(status=[status_message(self._node.get_fully_qualified_name(), self._report())])
+        name, health = self._node.get_fully_qualified_name(), self._report()
+        message = DiagnosticArray(status=[status_message(name, health.level, health.message, health.values)])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
-
-
-def status_message(name: str, health: Health) -> DiagnosticStatus:
-    """The status message of a node's health, with floats printed to six digits."""
-    values = [KeyValue(key=str(key), value=_printed(value)) for key, value in health.values.items()]
-    return DiagnosticStatus(level=health.level, name=name, message=health.message, values=values)
-
-
-def _printed(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

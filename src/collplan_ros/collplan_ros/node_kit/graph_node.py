@@ -34,11 +34,11 @@ class GraphNode(Node):
         self._constants = SharedConstants(self, self._settings, *groups)  # those that all nodes must share
 
     def _begin(self, inputs: Inputs | None = None) -> None:
-        """Sends the first report: the node is ready. Conflicts of `inputs` are part of its health."""
+        """Sends the first report: the node is ready. What `inputs` refuse and their conflicts are part of it."""
 
         def health() -> Health:
-            own = self._constants.judged(self._health())
-            return own if inputs is None else inputs.judged(own)
+            refusals, conflicts = ({}, []) if inputs is None else (inputs.refusals.values, inputs.conflicts)
+            return self._health().with_inputs(refusals, conflicts, self._constants.disagreement)
 
         self._diagnostics = Diagnostics(self, health)  # its health reports; from `_begin` on
 

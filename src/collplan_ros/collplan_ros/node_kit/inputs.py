@@ -1,7 +1,9 @@
-"""The subscriptions of a node, and its log lines about them."""
+"""The subscriptions of a node, and its log lines about them: whether an input comes, is missing, or is refused."""
 
+import math
+import re
+from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import wraps
 from typing import Any
 
@@ -12,11 +14,21 @@ from collplan_core.loop.input_gate import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.clock import seconds, steady_clock
-from collplan_ros.node_kit.diagnostics import OK, WARN, Health
-from collplan_ros.node_kit.input_watch import COMES, CONFLICT, STREAM, InputWatch, counted
-from collplan_ros.node_kit.publishers import known_publishers
-from collplan_ros.node_kit.senders import Senders
+from collplan_ros.node_kit.clock import local_clock, seconds, steady_clock
+from collplan_ros.node_kit.publishers import Senders, known_publishers, why_several
+
+STREAM = "stream"
+"""An input that comes all the time: missed when nothing comes."""
+STATE = "state"
+"""A latched input: missing until it was received, and when no node publishes it any more."""
+EVENT = "event"
+"""An input that comes when something happens: never missed."""
+
+COMES = "comes"
+CONFLICT = "conflict"
+"""Keys of lines that are no warnings."""
+QUIET_CHECKS = 2
+"""Checks in a row without a message after which an input is missed. Checks, not seconds: a stalled node misses none."""
 
 Info = Mapping[str, Any]
 """source_timestamp [ns, wall clock of the sender], publication_sequence_number and more, by name."""
@@ -44,6 +56,75 @@ CHECK_PERIOD = 1.0
 """Time between two looks at the inputs [s]; each logs at most one warning and one line of information."""
 
 
+class InputWatch:
+    """One input, checked at a steady rate: each check reports what has changed since the previous one.
+
+    `need` is STREAM, STATE or EVENT; `publishers` returns for each why its messages can never be received, or "".
+    """
+
+    def __init__(self, name: str, need: str, publishers: Callable[[], list[str]]) -> None:
+        self.name = name
+        self.n_taken = self.n_refused = 0  # messages so far
+        self.taken_at = -math.inf  # local time of the newest one taken [s]
+        self._need = need
+        self.hint = self.dropped = self.conflict = ""
+        """What is suspicious of messages taken; why the newest was neither taken nor refused; which contradict each
+        other or the settings, and what to do; else empty."""
+        self._publishers = publishers
+        self._reason = ""
+        self._checked = 0, 0
+        self._quiet = 0
+        self._true: dict[str, str] = {}
+
+    def refused(self, reason: str) -> None:
+        """Notes a message that was refused for this reason."""
+        self.n_refused += 1
+        self._reason = reason
+
+    def check(self) -> dict[str, str]:
+        """Lines about changes since the last check, by the key that makes each a new message.
+
+        The key of an input that arrives is COMES, with its name.
+        """
+        before, self._true = self._true, self._what_is_true()
+        # an obstacle told while the input was missing is not told again once it comes from another publisher
+        return {fact: text for fact, text in self._true.items() if fact not in before and f"no {fact}" not in before}
+
+    def _what_is_true(self) -> dict[str, str]:
+        before, self._checked = self._checked, (self.n_taken, self.n_refused)
+        taken, refused = (now - then for now, then in zip(self._checked, before, strict=True))
+        publishers = self._publishers()
+        stays = not refused and self._need == STATE and self.n_taken > 0 and "" in publishers
+        self._quiet = 0 if taken or refused or stays else self._quiet + 1
+        if 0 < self._quiet < QUIET_CHECKS:
+            return self._true
+        true = {COMES: self.name} if (taken or stays) and self._need != EVENT else {}
+        if refused:
+            kind = re.sub(r"\d+", "#", self._reason)  # other numbers in it do not make it another reason
+            # that nothing else arrives is a new message, too
+            true[f"{bool(taken)} {kind}"] = f"{self.name} refused: {self._reason}"
+        if self.hint:
+            true["hint"] = f"{self.name}: {self.hint}"
+        if self.conflict:
+            true[CONFLICT] = self.conflict
+        return true | {line: line for line in self._obstacles(publishers)}
+
+    def _obstacles(self, publishers: list[str]) -> list[str]:
+        """Lines about the lack of messages, and about publishers whose messages can never be received."""
+        missing = self._quiet > 0 and self._need != EVENT
+        silence = (self.dropped if self._quiet else "") or "nothing received" * missing
+        reasons = Counter(why or silence for why in publishers)
+        found = [f"{counted(n)}, {why}" for why, n in reasons.items() if why]
+        if missing and not publishers:
+            found = [counted(0)]
+        return [f"{'no ' if missing else ''}{self.name}: {each}" for each in found]
+
+
+def counted(n: int) -> str:
+    """A number of publishers in words."""
+    return f"{n} publisher{'s' * (n != 1)}"
+
+
 class Inputs:
     """The subscriptions of a node. It logs when messages arrive, when they are missing or refused, and why.
 
@@ -66,7 +147,7 @@ class Inputs:
         self._node = node
         self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}
-        self._steady = steady_clock()
+        self._steady, self._local = steady_clock(), local_clock(node)
         self._senders: dict[str, Senders] = {}
         self._conflicts: dict[str, str] = {}
         self._clock_runs = False
@@ -121,6 +202,7 @@ class Inputs:
                 self.count_sender(topic)
             if is_ours and watch.n_refused == before:
                 watch.n_taken += 1
+                watch.taken_at = seconds(self._local)
             watch.dropped = "" if is_ours else ONLY_OTHERS
 
         subscription = self._node.create_subscription(message_type, topic, with_info(take), qos, raw=raw)
@@ -135,6 +217,10 @@ class Inputs:
     def _why_no_time(self) -> str:
         n = self._node.count_publishers("/clock")
         return f"but no /clock: {counted(n)}{', nothing received later than 0 s' * (n > 0)}, and use_sim_time is true"
+
+    def age(self, topic: str) -> float:
+        """Time since the newest message that was taken, by the node's local clock [s]; infinite before the first."""
+        return seconds(self._local) - self._watches[topic].taken_at
 
     def refused(self, topic: str, reason: str, kind: str = "") -> None:
         """Counts a message as refused, as `kind` or its topic; the next look logs the reason.
@@ -156,27 +242,23 @@ class Inputs:
         """Notes what does not fit together, "" for nothing: an error, logged once, and on /diagnostics meanwhile."""
         self._conflicts[topic] = text
 
-    def judged(self, health: Health) -> Health:
-        """A node's health, at least a warning while inputs are in conflict."""
-        conflicts = [watch.conflict for watch in self._watches.values() if watch.conflict]
-        if not conflicts:
-            return health
-        reasons = conflicts if health.level == OK else [*conflicts, health.message]
-        return replace(health, level=max(health.level, WARN), message="; ".join(reasons))
+    @property
+    def conflicts(self) -> list[str]:
+        """What does not fit together now, in sentences."""
+        return [watch.conflict for watch in self._watches.values() if watch.conflict]
 
     def publishers(self, topic: str) -> list[str]:
-        """Full names of the other nodes that publish a topic."""
-        return sorted(set(known_publishers(self._node, topic)) - {self._node.get_fully_qualified_name()})
+        """Full name of the other node of each publisher of a topic."""
+        own = self._node.get_fully_qualified_name()
+        return sorted(name for name in known_publishers(self._node, topic) if name != own)
 
     def _why_several(self, topic: str) -> str:
         """Returns who publishes a topic where messages of several nodes come, and what to do; "" for one."""
         if topic not in self._senders or not self._senders[topic].are_several(seconds(self._steady)):
             return ""
-        full, names = self._node.resolve_topic_name(topic), self.publishers(topic)
-        if len(names) < 2:
-            return f"two nodes publish {full}, both named {''.join(names) or '(not known yet)'}; expected one: end one"
+        full = self._node.resolve_topic_name(topic)
         shared = ", at least two of these the same transform" if full == TF else ""
-        return f"{len(names)} nodes publish {full}{shared}: {', '.join(names)}; expected one: end all but one"
+        return why_several(full, self.publishers(topic), True, shared)
 
     def ready(self, about: str) -> None:
         """Logs that the node is ready, with its topics and its own description, and watches from now on."""

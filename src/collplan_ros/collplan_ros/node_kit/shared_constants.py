@@ -2,16 +2,15 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
 
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, CONSTANTS_SUBSCRIBED
+from collplan_ros.messages.states import status_message
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.clock import steady_clock
-from collplan_ros.node_kit.diagnostics import OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import Group, on_change, specs_of
 from collplan_ros.node_kit.publishers import UNKNOWN, listed_publishers
 
@@ -75,17 +74,10 @@ class SharedConstants:
         # steady even where the node follows /clock: a clock that stands still must not hide who has ended
         self._node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
 
-    def judged(self, health: Health) -> Health:
-        """A node's health, a warning where it is OK but constants disagree."""
-        if health.level != OK or not self.disagreement:
-            return health
-        return replace(health, level=WARN, message=self.disagreement)
-
     def _tell(self, settings: Settings) -> None:
         values = settings.values()
         told = {**self._ours, **{key: repr(values[key]) for key in self._shown}}
-        pairs = [KeyValue(key=key, value=value) for key, value in told.items()]
-        self._publisher.publish(DiagnosticStatus(name=self._name, values=pairs))
+        self._publisher.publish(status_message(self._name, DiagnosticStatus.OK, "", told))
 
     def _take(self, message: DiagnosticStatus) -> None:
         if message.name == self._name:

@@ -25,9 +25,9 @@ from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.publishers import Commanders
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.nodes.command_check import LIVE, check_caps
-from collplan_ros.nodes.commanders import Commanders
 from collplan_ros.nodes.felt_impacts import FeltImpacts
 from collplan_ros.nodes.robot_contract import RobotContract
 from collplan_ros.nodes.touch_input import NONE, TouchInput

@@ -4,6 +4,7 @@ A person's command has priority over any plan. It follows any timed path, whiche
 active, and stands still with a reason otherwise. All decisions: collplan_core/loop.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty, String
 
 from collplan_core.command import HAND, STOPPED, stopped
+from collplan_core.control.permission import why_stale
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, MoverFinding, Robot, ScanInput, Settings
 from collplan_core.plan import Plan
@@ -30,14 +32,13 @@ from collplan_ros.messages.reading import impact_from_message
 from collplan_ros.messages.states import goal_from_status
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.clock import call_each_period
+from collplan_ros.node_kit.diagnostics import WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
-from collplan_ros.node_kit.input_watch import EVENT, STATE
-from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.periodic import call_each_period
+from collplan_ros.node_kit.inputs import EVENT, STATE, Inputs
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.nodes import heartbeat
 from collplan_ros.nodes.controller_outputs import ControllerOutputs, ControlPeriod
-from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 from collplan_ros.nodes.teleop_input import TeleopInput
 
@@ -72,7 +73,7 @@ class ControllerNode(GraphNode):
     def _make_inputs(self) -> None:
         listen = Inputs(self, self._loop.refusals, Backlog(self))
         self._inputs = listen
-        self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age, self._local_clock)
+        listen.listen(Empty, heartbeat.TOPIC, lambda _: None, qos.NEWEST, EVENT)
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
         listen.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
@@ -85,7 +86,10 @@ class ControllerNode(GraphNode):
         call_each_period(self, 1.0 / self._settings.controller.rate, self._on_timer, self._local_clock)
 
     def _why_forbidden(self) -> str:
-        return self._constants.disagreement or self._heartbeat.why_silent()
+        age, limit = self._inputs.age(heartbeat.TOPIC), self._settings.limits.heartbeat_age
+        # a planner that never had one is not missed
+        silent = "" if math.isinf(age) else why_stale("planner heartbeat", age, limit)
+        return self._constants.disagreement or silent
 
     def _change(self, settings: Settings) -> None:
         self._settings = settings
@@ -159,21 +163,14 @@ class ControllerNode(GraphNode):
             "motion": self._loop.motion.verdict.kind,
             "motion_delay_s": self._loop.motion.verdict.delay,
             **self._period.values,
-            **self._loop.refusals.values,
         }
-        two_hands = self._hand.why_refused()
-        if two_hands:
-            return Health(WARN, two_hands, values)
-        override_trouble = self._loop.override_trouble
-        if self._outputs.command.maneuver == HAND:
-            slowly = f", slowly: {override_trouble}" if override_trouble else ""
-            return Health(WARN if override_trouble else OK, f"driven by hand{slowly}", values)
-        if self._outputs.command.maneuver != STOPPED:
-            trouble, slowly = self._loop.motion.verdict.reason, self._outputs.command.reason
-            moving = f"moving slowly: {slowly}" if slowly else "moving"
-            return Health(WARN, trouble, values) if trouble else Health(OK, moving, values)
-        troubled = self._loop.goal_active or override_trouble or self._constants.disagreement
-        return Health(WARN if troubled else OK, f"standing still: {self._outputs.command.reason}", values)
+        loop, maneuver, words = self._loop, self._outputs.command.maneuver, self._outputs.words(self._loop)
+        is_to_move = loop.override_trouble or (
+            maneuver == STOPPED and (loop.goal_active or self._constants.disagreement)
+        )
+        stands = words if is_to_move and maneuver in (HAND, STOPPED) else ""
+        motion = "" if maneuver in (HAND, STOPPED) else loop.motion.verdict.reason
+        return Health.of(values, words, (WARN, self._hand.why_refused()), (WARN, stands), (WARN, motion))
 
     def stop(self) -> None:
         """Commands zero and waits until the robot has received it."""

@@ -84,6 +84,10 @@ class ControllerOutputs:
         self._tell_drive(loop.drive, now)
         self._say(loop, now)
 
+    def words(self, loop: ControllerLoop) -> str:
+        """What the robot does at the newest command, in words."""
+        return command_in_words(self.command, loop.override_trouble if self.command.maneuver == HAND else "")
+
     def send_last(self, command: Command, now: float) -> None:
         """Publishes the last command and waits until the robot has received it."""
         self._take(command)
@@ -114,8 +118,7 @@ class ControllerOutputs:
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
         plan, is_to_move = loop.plan, loop.goal_active or bool(loop.override_trouble)
-        slowed = loop.override_trouble if self.command.maneuver == HAND else ""
-        reason = command_in_words(self.command, slowed)
+        reason = self.words(loop)
         # figures in a reason, such as an age, are no change
         said = _FIGURES.sub("", reason), is_to_move
         if said == self._said:

@@ -4,17 +4,13 @@ from collections.abc import Callable
 from threading import Event, Thread
 from time import monotonic
 
-from rclpy.clock import Clock
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
-from collplan_core.control.permission import why_stale
 from collplan_ros.messages import qos
-from collplan_ros.node_kit.clock import follows_clock, local_clock, seconds
-from collplan_ros.node_kit.input_watch import EVENT
-from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.periodic import call_each_period
+from collplan_ros.node_kit.clock import call_each_period, follows_clock, local_clock
 
+TOPIC = "planner/heartbeat"
 BEAT_PERIOD = 0.05
 """Between two beats [s]."""
 
@@ -27,7 +23,7 @@ class Heartbeat:
 
     def __init__(self, node: Node, at_each: Callable[[], None]) -> None:
         """Publishes through `node`, and calls `at_each` in that thread at each beat."""
-        self._publisher = node.create_publisher(Empty, "planner/heartbeat", qos.NEWEST)
+        self._publisher = node.create_publisher(Empty, TOPIC, qos.NEWEST)
         self._at_each = at_each
         self._ended = Event()
         self._thread = Thread(target=self._beat, name="heartbeat", daemon=True)
@@ -53,23 +49,3 @@ class Heartbeat:
             # by the clock, not by the time since the last one; none is made up for
             due = max(due + BEAT_PERIOD, monotonic())
             self._ended.wait(due - monotonic())
-
-
-class HeartbeatWatch:
-    """Watch over the planner's heartbeat: whether it has stopped. A planner that never had one is not missed."""
-
-    def __init__(self, inputs: Inputs, limit: float, clock: Clock) -> None:
-        """Subscribes through `inputs`; a silence longer than `limit` [s] by `clock` is a stop."""
-        self._limit = limit
-        self._clock = clock
-        self._heard: float | None = None
-        inputs.listen(Empty, "planner/heartbeat", self._take, qos.NEWEST, EVENT)
-
-    def why_silent(self) -> str:
-        """Returns the reason why the planner counts as frozen or dead; "" where it does not."""
-        if self._heard is None:
-            return ""
-        return why_stale("planner heartbeat", seconds(self._clock) - self._heard, self._limit)
-
-    def _take(self, _: Empty) -> None:
-        self._heard = seconds(self._clock)

@@ -7,7 +7,6 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
-from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Lidar, Limits
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar
@@ -20,11 +19,10 @@ from collplan_ros.messages.conversions import scan_to_message
 from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.node_kit.clock import described_age
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.clock import call_each_period, described_age
+from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
 
 GROUPS = (Lidar, Limits, Frames)
@@ -43,7 +41,6 @@ class LidarNode(GraphNode):
         self._world = load_world(self._settings.lidar.world)
         self._state: State | None = None
         self._scanned: State | None = None
-        self._poses_clock = PosesClock()
         self._scans = 0
         self._reported = 0
         self._frame = self._settings.lidar.frame or self._settings.frames.base
@@ -75,7 +72,6 @@ class LidarNode(GraphNode):
     def _take_pose(self, raw: bytes) -> None:
         frames = self._settings.frames
         self._state = state_from_bytes(raw, frames.map, frames.base)
-        self._poses_clock.received(self._state.stamp, self._local())
         scan = None if self._sweeps is None else self._sweeps.take_pose(self._state)
         if scan is not None:
             self._publish(scan)
@@ -101,18 +97,15 @@ class LidarNode(GraphNode):
         self._scans += 1
 
     def _pose_age(self) -> float:
-        return self._poses_clock.age(self._local())
+        return self._inputs.age("mocap/odom")
 
     def _health(self) -> Health:
-        age, refusals = self._pose_age(), self._inputs.refusals
-        values = {"scans": self._scans, "world": self._world.name, "pose_age_s": age, **refusals.values}
-        before, self._reported = self._reported, refusals["pose"]
-        if self._reported > before:
-            return Health(WARN, f"pose refused: {refusals.newest}", values)
-        if age > self._settings.limits.pose_age:
-            topic = self.resolve_topic_name("mocap/odom")
-            return Health(ERROR, f"no scan: no pose on {topic} {described_age(age)}", values)
-        return Health(OK, "scanning", values)
+        age, refusals, topic = self._pose_age(), self._inputs.refusals, self.resolve_topic_name("mocap/odom")
+        values = {"scans": self._scans, "world": self._world.name, "pose_age_s": age}
+        new, self._reported = refusals["pose"] > self._reported, refusals["pose"]
+        missing = f"no scan: no pose on {topic} {described_age(age)}" if age > self._settings.limits.pose_age else ""
+        refused = f"pose refused: {refusals.newest}" if new else ""
+        return Health.of(values, "scanning", (WARN, refused), (ERROR, missing))
 
 
 def main(args: list[str] | None = None) -> int:

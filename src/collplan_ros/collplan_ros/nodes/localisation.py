@@ -9,8 +9,7 @@ from collplan_core.sensing.localised import FrameInMap
 from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS, TRANSFORMS
 from collplan_ros.messages.reading import MessageError, place_fields, seconds_from_stamp
-from collplan_ros.node_kit.input_watch import EVENT
-from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.inputs import EVENT, Inputs
 
 UNLOCALISED = "unlocalised"
 """Reason of a pose that is refused because its frame is not known in the map yet, or not any more."""
@@ -56,8 +55,8 @@ class Localisation:
         if not is_static:
             self._inputs.count_sender("/tf")
         if self._static and self._dynamic:
-            both = " and ".join(f"{on} ({', '.join(self._inputs.publishers(on))})" for on in ("/tf", "/tf_static"))
-            what = f"the transform from {self._parent} to {self._child} comes on {both}"
+            named = [f"{on} ({', '.join(dict.fromkeys(self._inputs.publishers(on)))})" for on in ("/tf", "/tf_static")]
+            what = f"the transform from {self._parent} to {self._child} comes on {' and '.join(named)}"
             self._inputs.conflict("/tf_static", f"{what}, the newest is taken; expected one source: end one")
 
     def known(self) -> FrameInMap:

@@ -14,7 +14,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
-from collplan_core.ages import PosesClock
+from collplan_core.ages import CLOCK, why_clock_is_wrong
 from collplan_core.impact import Impact
 from collplan_core.learning.drive import Drive, with_drive
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
@@ -27,10 +27,10 @@ from collplan_core.sensing.pose_filter import (
     FilterResult,
     PoseError,
     PoseSample,
+    described_pose,
     filter_pose,
     warm_up,
 )
-from collplan_core.sensing.refused_pose import CLOCK, described_pose, why_clock_is_wrong, why_refused
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
@@ -38,9 +38,9 @@ from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, LATCHED, POSE_LISTENED, POSE_PUBLISHED, TRANSFORMS
 from collplan_ros.messages.status_values import drive_from_message
 from collplan_ros.node_kit.clock import described_age, seconds
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
-from collplan_ros.node_kit.input_watch import EVENT as AN_EVENT
+from collplan_ros.node_kit.inputs import EVENT as AN_EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.localisation import Localisation
@@ -109,7 +109,7 @@ class MocapNode(GraphNode):
         self._compared = (math.nan, math.nan, 0)
         self._counts: Counter[str] = Counter()
         self._refused = self._reported = 0
-        self._poses_clock = PosesClock()
+        self._taken_at = -math.inf
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
         self._refusal = self.create_publisher(String, "mocap/refused", EVENT)
@@ -179,12 +179,12 @@ class MocapNode(GraphNode):
         received, before = self._local(), self._memory
         result, self._memory = filter_pose(before, sample, received, self._driving)
         if result.refused:
-            self._refuse(result.refused, why_refused(result.refused, sample, before, self._settings, result.speed))
+            self._refuse(result.refused, result.why)
             return
         if self._memory.track is before.track:
             self._counts["left_out"] += 1
             return
-        self._poses_clock.received(sample.stamp, received)
+        self._taken_at = received
         if len(before.track.times):
             self._longest_gap = max(self._longest_gap, sample.stamp - float(before.track.times[-1]))
         self._watch_stamps(sample.stamp, received)
@@ -248,7 +248,7 @@ class MocapNode(GraphNode):
 
     def _age(self) -> float:
         """Local time since the newest pose was taken [s]."""
-        return self._poses_clock.age(self._local())
+        return self._local() - self._taken_at
 
     def _is_late(self) -> bool:
         return self._age() > self._settings.limits.pose_age
@@ -256,17 +256,19 @@ class MocapNode(GraphNode):
     def _health(self) -> Health:
         age, refusals = self._age(), self._inputs.refusals
         new, self._reported = self._refused - self._reported, self._refused
-        values = {**self._counts, **refusals.values, "refused": self._refused, "age_s": age}
-        topic = self.resolve_topic_name(self._settings.mocap.topic)
-        if self._repeats and self._is_late():
-            return Health(ERROR, f"{SAME_POSE} on {topic} {described_age(age)}", values)
-        if new:
-            return Health(WARN, f"{new} poses refused, the last for {refusals.newest}", values)
-        if self._longest_gap > self._settings.limits.pose_age and age < 2.0 * self._longest_gap:
-            return Health(WARN, self._too_slow(), values)
-        if self._is_late():
-            return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
-        return Health(OK, "poses come in", values)
+        values = {**self._counts, "refused": self._refused, "age_s": age}
+        missing = (
+            f"on {self.resolve_topic_name(self._settings.mocap.topic)} {described_age(age)}" if self._is_late() else ""
+        )
+        is_slow = self._longest_gap > self._settings.limits.pose_age and age < 2.0 * self._longest_gap
+        return Health.of(
+            values,
+            "poses come in",
+            (ERROR, f"{SAME_POSE} {missing}" if self._repeats and missing else ""),
+            (WARN, f"{new} poses refused, the last for {refusals.newest}" if new else ""),
+            (WARN, self._too_slow() if is_slow else ""),
+            (ERROR, missing and f"no pose {missing}"),
+        )
 
     def _too_slow(self) -> str:
         """Returns why no pose is passed on: poses come too far apart to give a velocity."""

@@ -47,12 +47,10 @@ from collplan_ros.messages.reading import (
 )
 from collplan_ros.messages.status_values import drive_from_message
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.clock import follows_clock
+from collplan_ros.node_kit.clock import call_each_period, follows_clock, keep_step
 from collplan_ros.node_kit.diagnostics import Health
 from collplan_ros.node_kit.graph_node import GraphNode
-from collplan_ros.node_kit.input_watch import EVENT
-from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.periodic import call_each_period, keep_step
+from collplan_ros.node_kit.inputs import EVENT, Inputs
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.goal_action import serve_goals
 from collplan_ros.nodes.heartbeat import Heartbeat

@@ -22,9 +22,9 @@ from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.mover_markers import found_to_markers
 from collplan_ros.messages.planner_clouds import compared_to_message, plan_to_message, seen_layers, seen_to_message
-from collplan_ros.messages.raw_writing import plan_to_path
-from collplan_ros.messages.states import goal_to_status
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health, status_message
+from collplan_ros.messages.raw_reading import plan_to_path
+from collplan_ros.messages.states import goal_to_status, status_message
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.run_node import publish_acknowledged
 
 
@@ -42,7 +42,7 @@ def costs_message(name: str, plan: Plan, planning_time: float, strategy: str) ->
         **plan.terms,
         "strategy": strategy,
     }
-    message = DiagnosticArray(status=[status_message(name, Health(OK, "costs of the choice", values))])
+    message = DiagnosticArray(status=[status_message(name, OK, "costs of the choice", values)])
     message.header.stamp = stamp_from_seconds(plan.stamp)
     return message
 
@@ -141,11 +141,6 @@ def health_of(loop: PlannerLoop, strategy: str, planning_time: float, local: flo
         "planning_time_ms": 1e3 * planning_time,
         "impacts": loop.n_impacts,
         "plans_above_impact_speed": loop.n_hard_plans,
-        **loop.refusals.values,
     }
-    stale = loop.why_stale(local)
-    if stale:
-        return Health(ERROR if active else WARN, stale, values)
-    if loop.trouble:
-        return Health(WARN, loop.trouble, values)
-    return Health(OK, "planning" if active else "no active goal", values)
+    stale = ERROR if active else WARN, loop.why_stale(local)
+    return Health.of(values, "planning" if active else "no active goal", stale, (WARN, loop.trouble))

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 from std_msgs.msg import Empty
@@ -23,13 +23,13 @@ from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import command_type
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
 from collplan_ros.messages.reading import twist_of
-from collplan_ros.messages.states import FREE, HELD, STOPPED, goal_from_status
-from collplan_ros.node_kit import input_watch
-from collplan_ros.node_kit.clock import SteadyTimes, Times, steady_clock
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.messages.states import FREE, HELD, STOPPED, goal_from_status, status_message
+from collplan_ros.node_kit.clock import seconds, steady_clock
+from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
+from collplan_ros.node_kit.inputs import EVENT as EVENT_INPUT
 from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.publishers import Commanders
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
-from collplan_ros.nodes.commanders import Commanders
 
 AGAIN = 1.0
 """Period at which the present state is repeated [s]: after a restart a latched message can be seconds late."""
@@ -61,8 +61,7 @@ class RobotState:
         self.name, self.message, self._knows_planner = name, message, knows_planner
         level = DiagnosticStatus.OK if name == FREE else DiagnosticStatus.WARN
         values = {"state": name, "reason": reason, "knows_planner": "yes" if knows_planner else "no"}
-        pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
-        self._status = DiagnosticStatus(level=level, name=self._source, message=message, values=pairs)
+        self._status = status_message(self._source, level, message, values)
         self._out.publish(self._status)
         if not is_news:
             return
@@ -104,9 +103,17 @@ class RobotContract:
     """Commands, the interlock and the emergency stop of one robot."""
 
     def __init__(
-        self, node: Node, inputs: Inputs, robot: ContractedRobot, settings: Settings, times: Times | None = None
+        self,
+        node: Node,
+        inputs: Inputs,
+        robot: ContractedRobot,
+        settings: Settings,
+        simulated: Callable[[], float] | None = None,
     ) -> None:
-        """Subscribes through `inputs` and serves in `node`; ages are measured by `times`, by default in real time."""
+        """Subscribes through `inputs` and serves in `node`.
+
+        Ages are measured in real time, or by the time `simulated` [s], which stands still while a message is under way.
+        """
         self.stopped_by = ""  # cause of the latched emergency stop, in words; empty while it is not latched
         self._ignored = self.releases = self.clearances = 0
         self._node = node
@@ -118,13 +125,14 @@ class RobotContract:
         self._delay = SmallestDelay()
         self._commands = self._late = 0
         self._taken_at = -math.inf
-        self._times = times or SteadyTimes()
+        self._simulated = simulated
+        self._steady = steady_clock()
         self._stalls = StallGuard()
         self._commanders = Commanders(node, "cmd_vel")
         self._state = RobotState(node)
         self._resumed = node.create_publisher(Empty, "robot/resumed", EVENT)
-        inputs.listen(command_type(settings.controller), "cmd_vel", self._take_command, NEWEST, input_watch.EVENT)
-        inputs.listen(GoalStatus, "goal_status", self._take_goal, LATCHED, input_watch.EVENT)
+        inputs.listen(command_type(settings.controller), "cmd_vel", self._take_command, NEWEST, EVENT_INPUT)
+        inputs.listen(GoalStatus, "goal_status", self._take_goal, LATCHED, EVENT_INPUT)
         self._serve("estop", self._stop)
         self._serve("clear_estop", self._clear_stop)
         self._serve("resume", self._resume)
@@ -156,13 +164,10 @@ class RobotContract:
 
     def health(self, values: Mapping[str, object], warning: str, well: str) -> Health:
         """A robot's health: figures by name, and the warning of a fault that does not stop it, or else `well`."""
-        if self._commanders.why_refused:
-            return Health(ERROR, self._commanders.why_refused, values)
         waits = self._state.message
-        if self.stopped_by or (waits and self._interlock.reason != STARTED):
-            return Health(WARN, waits, values)
+        stands = waits if self.stopped_by or self._interlock.reason != STARTED else ""
         trouble = warning or (REFUSED if self._check.last_refused else "")
-        return Health(WARN, trouble, values) if trouble else Health(OK, waits or well, values)
+        return Health.of(values, waits or well, (ERROR, self._commanders.why_refused), (WARN, stands), (WARN, trouble))
 
     @property
     def counts(self) -> dict[str, object]:
@@ -172,7 +177,7 @@ class RobotContract:
 
     def look(self) -> None:
         """Holds the robot for a reason such as a second commander or silence. Notes stalls of this node."""
-        now = self._times.now()
+        now = self._now()
         self._stalls.tick(now)
         self._commanders.look(now)
         reason = self._why_hold()
@@ -187,12 +192,16 @@ class RobotContract:
 
     # ---- commands
 
+    def _now(self) -> float:
+        return self._simulated() if self._simulated else seconds(self._steady)
+
     def _take_command(self, message: Twist | TwistStamped) -> None:
-        now = self._times.now()
+        now = self._now()
         if self._stalls.tick(now):
             self.look()
         is_first = math.isinf(self._delay.least)
-        self._delay, age = self._delay.measured(self._times.sent(self._inputs.sent), now)
+        # the clocks of sender and receiver differ by a constant, until one of them is set
+        self._delay, age = self._delay.measured(now if self._simulated else self._inputs.sent, now)
         self._commanders.took(self._inputs.number, now)
         # the first one's age is unknown, and messages queued in a stall were sent before its end
         if is_first or age >= self._settings.limits.command_age or now - age <= self._stalls.ended:

@@ -13,9 +13,8 @@ from collplan_ros.messages.conversions import asks_for_rest, command_type
 from collplan_ros.messages.qos import NEWEST
 from collplan_ros.messages.reading import twist_of
 from collplan_ros.node_kit.clock import seconds, steady_clock
-from collplan_ros.node_kit.input_watch import EVENT
-from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.nodes.commanders import Commanders
+from collplan_ros.node_kit.inputs import EVENT, Inputs
+from collplan_ros.node_kit.publishers import Commanders
 
 TOPIC = "hand/cmd_vel"
 Take = Callable[[np.ndarray, float, float, str], None]

@@ -17,7 +17,7 @@ from collplan_core.sensing.felt_touch import change_by_touch
 from collplan_core.state import State
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.clock import seconds
-from collplan_ros.node_kit.input_watch import EVENT as EVENT_INPUT
+from collplan_ros.node_kit.inputs import EVENT as EVENT_INPUT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.nodes.felt_impacts import FeltImpacts
 

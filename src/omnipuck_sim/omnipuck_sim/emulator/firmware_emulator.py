@@ -22,7 +22,7 @@ from collplan_core.parameters import (
     Simulation,
 )
 from collplan_core.parameters.spec import ParameterError
-from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.diagnostics import WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.run_node import run_node
 from omnipuck_sim.emulator.c_firmware import CFirmware
@@ -164,8 +164,7 @@ class FirmwareEmulator(GraphNode):
         }
         if stop is not None:
             values |= {"stop_time": stop.time, "stop_age": stop.age, "stop_cause": stop.cause}
-        unplugged = self._settings.emulator.asked.unplugged
-        return Health(WARN, "unplugged", values) if unplugged else Health(OK, "simulated", values)
+        return Health.of(values, "simulated", (WARN, "unplugged" if self._settings.emulator.asked.unplugged else ""))
 
     def destroy_node(self) -> None:
         """Takes the pseudo-terminal away."""

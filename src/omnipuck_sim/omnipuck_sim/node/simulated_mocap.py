@@ -22,9 +22,8 @@ from collplan_ros.messages.conversions import impact_to_message, pose_to_message
 from collplan_ros.messages.mover_markers import movers_to_markers
 from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
-from collplan_ros.node_kit.clock import seconds, steady_clock
+from collplan_ros.node_kit.clock import call_in, seconds, steady_clock
 from collplan_ros.node_kit.node_parameters import on_change
-from collplan_ros.node_kit.periodic import call_in
 from omnipuck_sim.node.pacing import Pacing
 from omnipuck_sim.robot.noise import added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator

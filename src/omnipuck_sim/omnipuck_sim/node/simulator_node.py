@@ -8,7 +8,7 @@ from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Cap, Control, Frames, Limits, Robot, Settings, Simulation
 from collplan_ros.messages.status_values import REAL_TIME_FACTOR
-from collplan_ros.node_kit.clock import SimulatedTimes, seconds, steady_clock
+from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import Health
 from collplan_ros.node_kit.graph_node import GraphNode
 from collplan_ros.node_kit.inputs import Inputs
@@ -34,10 +34,10 @@ class SimulatorNode(GraphNode):
         self._advance: Callable[[], object] = lambda: None
         self._steady = steady_clock()
         self._factor = RealTimeFactor(self._room.simulator.time, seconds(self._steady))
-        times = SimulatedTimes(lambda: self._room.simulator.time) if self._room.publishes_clock else None
-        self._contract = RobotContract(self, self._inputs, self, self._settings, times)
+        simulated = (lambda: self._room.simulator.time) if self._room.publishes_clock else None
+        self._contract = RobotContract(self, self._inputs, self, self._settings, simulated)
         self.create_service(Trigger, "reset", self._reset)
-        self._begin()
+        self._begin(self._inputs)
         self._inputs.ready(self._room.description)
 
     def start(self) -> None:
