@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from hypothesis import strategies as st
 
+from collplan_core.control.motion_monitor import MotionRecord, add_command, add_pose
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.free_space import MAP_BORDER
 from collplan_core.local_map.frontiers import BORDER_RUN
@@ -37,6 +38,16 @@ def mover_at(x: float, y: float = 0.0, velocity=(0.0, 0.0), stamp: float = 0.0, 
     return Movers(
         stamp, np.ones(1, int), np.array([(x, y)]), np.array([velocity]), radius * one, growth * one, stamp * one
     )
+
+
+def posed(record: MotionRecord, state: State, now: float, touching: bool) -> MotionRecord:
+    """The record with one more pose, in that of the drive too."""
+    return add_pose(record, record.drive.with_pose(state, now), touching)
+
+
+def commanded(record: MotionRecord, velocity: np.ndarray, now: float) -> MotionRecord:
+    """The record with one more command, in that of the drive too."""
+    return add_command(record, record.drive.with_command(velocity, now))
 
 
 def box(x0: float, y0: float, x1: float, y1: float) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from collplan_core.control.base_faults import BaseFaults
+from collplan_core.control.drive_record import DriveRecord
 from collplan_core.parameters import Robot
 from collplan_core.plane import rotate
 from collplan_core.state import State
@@ -18,13 +19,16 @@ FREE = VelocityLaw(1.5, 0.1, PERIOD, math.exp(-PERIOD / 0.1))
 
 def said_of(follows, commands=TOLD, law=FREE, late=0):
     faults, v, sent = BaseFaults(Robot()), (0.0, 0.0), []
+    drive = DriveRecord().with_pose(State(0.0, np.zeros(2), np.zeros(2), YAW), 0.0)
     noise = np.random.default_rng(5).normal(0.0, 0.03, (len(commands) * 60, 2))
     for k, off in enumerate(noise):
         told = commands[k // 60]
         sent.append(follows(told))
-        faults.take_command(told, PERIOD * k)
+        drive = drive.with_command(told, PERIOD * k)
         v = velocity_after_step(law, *v, *sent[max(k - late, 0)])
-        faults.take_pose(State(PERIOD * (k + 1), np.zeros(2), np.array(rotate(*(v + off), YAW)), YAW), free=True)
+        now, measured = PERIOD * (k + 1), np.array(rotate(*(v + off), YAW))
+        drive = drive.with_pose(State(now, np.zeros(2), measured, YAW), now)
+        faults.take_pose(drive, free=True)
     return faults.why_unlike
 
 

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.control.brush import AGAIN, MOVED, RESTS, SLOWLY, TURNED, Brush, judge_brush
-from collplan_core.control.motion_monitor import MotionRecord, add_command, add_pose
+from collplan_core.control.motion_monitor import MotionRecord
 from collplan_core.control.runaway import MOVES
 from collplan_core.parameters import Settings
 from collplan_core.state import State
+from scenes import commanded, posed
 
 SETTINGS, PERIOD, BEGINS = Settings(), 0.05, 2.0
 WHY = "motion is turned or mirrored against the commands"
@@ -29,9 +30,9 @@ def brushed(moved, turned, lasts, bearing, gap=(math.inf, 0.0), before=NEVER) ->
         along = moved * np.array([math.cos(bearing), math.sin(bearing)])
         if not gap[0] <= now < sum(gap):
             state = State(now, share * along, along / lasts if goes else np.zeros(2), share * turned)
-            record = add_pose(record, state, now, False)
+            record = posed(record, state, now, False)
         if k % round(100 * PERIOD) == 0:
-            record = add_command(record, np.zeros(2), now)
+            record = commanded(record, np.zeros(2), now)
             why = WHY if goes and not told else ""
             told = told or bool(why)
             brush = judge_brush(brush, why, record, now, SETTINGS)

@@ -39,6 +39,7 @@ class Robot:
         self.random = np.random.default_rng(self.seed)
         self.position, self.velocity, self.aim = np.zeros(2), np.zeros(2), np.zeros(2)
         self.commands, self.steps, self.next_aim = [(-1.0, np.zeros(2))], 0, 0.0
+        self.told = np.zeros((0, 3))
 
     @property
     def now(self):
@@ -53,7 +54,7 @@ class Robot:
             if self.steps % 2 == 0:
                 seen = measured(self.now, self.position + self.random.normal(0.0, NOISE, 2))
                 if seen is not None:
-                    self.learner.take_pose((self.now, *seen.tolist(), 0.0))
+                    self.learner.take_pose((self.now, *seen.tolist(), 0.0), self.told)
             wanted = next(u for time, u in reversed(self.commands) if time <= self.now + 1e-9)
             after = np.array(velocity_after(law, *self.velocity, *wanted, STEP))
             self.position = self.position + 0.5 * STEP * (self.velocity + after)
@@ -68,7 +69,7 @@ class Robot:
             self.next_aim = self.now + self.random.uniform(0.4, 1.5)
         off = self.aim - self.velocity
         command = self.velocity + off * min(1.0, self.lead / max(float(np.hypot(*off)), 1e-9))
-        self.learner.take_command(command, self.now)
+        self.told = np.vstack([self.told[-50:], [self.now, *command]])
         return self.now + self.drive.delay, command + self.random.normal(0.0, self.error, 2)
 
 

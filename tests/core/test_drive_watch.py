@@ -7,6 +7,7 @@ import pytest
 from straight_planner import STRAIGHT
 
 from collplan_core.command import FREE_SPACE, Command, stopped
+from collplan_core.control.drive_record import DriveRecord
 from collplan_core.control.motion_monitor import LATE, OK, SLIP
 from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
@@ -63,19 +64,21 @@ def driven(
 ):
     """A watch of a robot that starts at 0.75 m/s^2 under full commands, to and fro; `hit` is a change and whether a
     surface is near, reported each 0.1 s."""
-    watch, x, v = DriveWatch(settings), 0.0, 0.0
+    watch, drive, x, v = DriveWatch(settings), DriveRecord(), 0.0, 0.0
     random = np.random.default_rng(1)
     for k in range(steps):
         now, wanted = 0.01 * k, 1.0 if k % 200 < 100 else -1.0
         position = np.array([x, 0.0]) + random.normal(0.0, 0.002, 2)
-        watch.take_pose(State(now, position, np.array([v, 0.0]), 0.0), True, pushed)
+        drive = drive.with_pose(State(now, position, np.array([v, 0.0]), 0.0), now)
+        watch.take_pose(drive, True, pushed)
         if hit is not None and k % 10 == 9:
             watch.take_impact(now, np.array([hit[0], 0.0]), hit[1])
         if refused and k % 20 == 0:
             watch.refuse_pose()
         if k % 5 == 0:
-            command = Command(np.array([wanted, 0.0]), 0.0, FREE_SPACE, np.zeros(2))
-            watch.commanded(makes_command or command, now, kind, robot_stands)
+            command = makes_command or Command(np.array([wanted, 0.0]), 0.0, FREE_SPACE, np.zeros(2))
+            drive = drive.with_command(command.velocity, now)
+            watch.commanded(command, now, kind, robot_stands)
         change = 0.01 * np.clip((wanted - v) / 0.1, -0.75, 0.75)
         x, v = x + 0.01 * (v + 0.5 * change), v + change
     return watch

@@ -15,15 +15,13 @@ from collplan_core.control.motion_monitor import (
     SLIP,
     STUCK,
     MotionRecord,
-    add_command,
-    add_pose,
     judge_motion,
 )
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.movers.record import NO_MOVERS
 from collplan_core.parameters import Settings
 from collplan_core.state import State
-from scenes import mover_at, rotation
+from scenes import commanded, mover_at, posed, rotation
 
 SETTINGS = Settings()
 STEP, CONTROL = 0.005, 0.05
@@ -34,7 +32,8 @@ class Drive:
     """A robot that takes on commands by the believed law, `delay` late, with another mass or turned ones."""
 
     def __init__(self, delay=0.0, mass=1.0, matrix=NO_TURN, seed=0, touching=lambda now: False, stalls=(), push=0.0):
-        self.record, self.verdicts = MotionRecord(), []
+        still = State(-STEP, np.zeros(2), np.zeros(2), 0.0)
+        self.record, self.verdicts = posed(MotionRecord(), still, -STEP, False), []
         self.delay, self.mass, self.matrix, self.touching, self.stalls = delay, mass, matrix, touching, stalls
         self.random, self.push = np.random.default_rng(seed), push
         self.commands, self.position, self.velocity, self.way = [(-1e9, np.zeros(2))], np.zeros(2), np.zeros(2), 0.0
@@ -51,13 +50,13 @@ class Drive:
                 command = np.asarray(wanted(now), dtype=float)
                 busy = now + next((0.2 for stall in self.stalls if abs(stall - now) < 1e-6), 0.0)
                 self.commands.append((busy, command))
-                self.record = add_command(self.record, command, now)
+                self.record = commanded(self.record, command, now)
                 pushed = self.push * self.random.standard_normal(2)
             if k % 2 == 0:
                 # as a slope over a window, so half of it old
                 velocity = self.earlier[0] + self.random.normal(0.0, 0.04, 2)
                 state = State(now, self.position + self.random.normal(0.0, 0.002, 2), velocity, 0.0)
-                self.record = add_pose(self.record, state, now, self.touching(now))
+                self.record = posed(self.record, state, now, self.touching(now))
             applied = next(u for time, u in reversed(self.commands) if time <= now - self.delay)
             pull = (self.matrix @ applied - self.velocity) / (robot.velocity_lag * self.mass)
             largest = robot.max_acceleration / self.mass
@@ -182,13 +181,13 @@ def test_poses_that_come_later_than_they_did_are_late_at_once():
     record = MotionRecord()
     for k in range(200):
         now = 0.01 * k
-        record = add_pose(record, State(now - (0.15 if k > 150 else 0.0), np.zeros(2), np.zeros(2), 0.0), now, False)
-        record = add_command(record, np.array([0.1, 0.0]), now)
+        record = posed(record, State(now - (0.15 if k > 150 else 0.0), np.zeros(2), np.zeros(2), 0.0), now, False)
+        record = commanded(record, np.array([0.1, 0.0]), now)
     verdict, _ = judge_motion(record, 2.0, SETTINGS)
     assert (verdict.kind, "0.15 s" in verdict.reason) == (LATE, True)
     stalled = record
     for k in range(30):
-        stalled = add_pose(stalled, State(2.0 + 0.01 * k, np.zeros(2), np.zeros(2), 0.0), 2.3, False)
+        stalled = posed(stalled, State(2.0 + 0.01 * k, np.zeros(2), np.zeros(2), 0.0), 2.3, False)
     assert judge_motion(stalled, 2.3, SETTINGS)[0].kind != LATE
 
 
@@ -207,8 +206,8 @@ def test_slow_simulated_time_is_named_and_never_called_late_poses(paces, noise):
     for k in range(800):
         stamp += 0.01 * paces[min(k // 100, len(paces) - 1)]
         state = State(stamp, np.array([0.5 * stamp, 0.0]), np.array([0.5, 0.0]), 0.0)
-        record = add_pose(record, state, 0.01 * k + noise * rng.random(), False)
-        record = add_command(record, np.array([0.5, 0.0]), 0.01 * k)
+        record = posed(record, state, 0.01 * k + noise * rng.random(), False)
+        record = commanded(record, np.array([0.5, 0.0]), 0.01 * k)
         reason = reason or judge_motion(record, 0.01 * k, Settings())[0].reason
     assert "use_sim_time" in reason
     assert "later" not in reason
@@ -218,8 +217,8 @@ def test_poses_of_which_one_comes_late_at_once_are_no_slow_time():
     record, verdict = MotionRecord(), None
     for k in range(100):
         state = State(0.01 * k, np.array([0.005 * k, 0.0]), np.array([0.5, 0.0]), 0.0)
-        record = add_pose(record, state, 0.01 * k + 0.3 * (k > 60), False)
-        record = add_command(record, np.array([0.5, 0.0]), 0.01 * k)
+        record = posed(record, state, 0.01 * k + 0.3 * (k > 60), False)
+        record = commanded(record, np.array([0.5, 0.0]), 0.01 * k)
     verdict, _ = judge_motion(record, 1.3, Settings())
     assert "poses come later than they did" in verdict.reason
 

@@ -58,7 +58,7 @@ def compiled_beyond_warm_up() -> list[str]:
         if result.state is not None:
             watch.take_pose(result.state, now, True, settings)
             recovery.commanded(result.state.velocity, now)
-            recovery.moved(result.state, settings)
+            recovery.moved(result.state, now, settings)
     assert len(found) == 1
     assert result.refused == "leap"
     state = State(1.0, np.zeros(2), np.zeros(2), 0.1)

@@ -9,11 +9,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from collplan_core.control.stuck import with_row
+from collplan_core.control.drive_record import OF_BODY, DriveRecord
 from collplan_core.parameters import Robot
 from collplan_core.plane import rotate
 from collplan_core.sensing.motion_fit import STEP, misfits
-from collplan_core.state import State
 from collplan_core.velocity_law import velocity_law
 
 WINDOW, PERIOD, KEPT = 0.6, 0.3, 24
@@ -50,42 +49,40 @@ def _followed(told: np.ndarray, fastest: float) -> Iterator[tuple[str, np.ndarra
 
 
 class BaseFaults:
-    """Takes commands and poses in the order of time, all times on the poses' clock [s]."""
+    """Looks at commands and poses as they come, all times on the poses' clock [s]."""
 
     def __init__(self, robot: Robot) -> None:
         """Starts without any, for a robot as its parameters tell."""
         self._law, self._fastest = velocity_law(robot), robot.max_speed
-        self._commands, self._motion = np.zeros((0, 3)), np.zeros((0, 4))
+        self._free = DriveRecord()  # since nothing but the wheels has moved the robot
         self._windows = deque[tuple[np.ndarray, float, float]](maxlen=KEPT)
         """Misfits (bases, ways) [m^2/s], and largest speeds measured and told [m/s]."""
         self._sentences: tuple[str, ...] = ()
         self._next = -np.inf
 
-    def take_command(self, velocity: np.ndarray, now: float) -> None:
-        """Takes a velocity (2,) [m/s, body frame] that is sent now."""
-        if len(self._commands) and now < self._commands[-1, 0]:
-            self._commands, self._next = self._commands[:0], -np.inf
-        self._commands = with_row(self._commands, np.array([now, *velocity.tolist()]), WINDOW + DELAYS[-1], 1)
-
-    def take_pose(self, state: State, free: bool) -> None:
+    def take_pose(self, drive: DriveRecord, free: bool) -> None:
         """Takes a pose; `free` where nothing but the wheels moves the robot, and it joins the one before."""
-        if not free:
-            self._motion = self._motion[:0]
+        self._free = drive.since(self._free) if free else drive.forgotten()
+        sent, motion = drive.commands[:, 1], self._free.motion
+        if not free or len(sent) == 0:
             return
-        row = np.array((state.stamp, *rotate(*state.velocity.tolist(), -state.yaw), state.yaw))
-        self._motion, begin = with_row(self._motion, row, WINDOW, 1), state.stamp - WINDOW
-        if state.stamp < self._next or self._motion[0, 0] > begin:
+        begin = motion[-1, 1] - WINDOW
+        if motion[-1, 1] < self._next or motion[0, 1] > begin or sent[0] > begin:
             return
-        if len(self._commands) and self._commands[0, 0] <= begin and np.ptp(self._motion[:, 3]) < TURNED:
-            self._next = state.stamp + PERIOD
-            self._judge(begin, self._commands[:, :1], self._commands[:, 1:])
+        motion = motion[max(int(motion[:, 1].searchsorted(begin)) - 1, 0) :]
+        if np.ptp(motion[:, 6]) < TURNED:
+            self._next = motion[-1, 1] + PERIOD
+            first = int(sent.searchsorted(sent[-1] - WINDOW - DELAYS[-1])) - 1
+            self._judge(begin, drive.told(OF_BODY)[max(first, 0) :], motion)
 
-    def _judge(self, begin: float, sent: np.ndarray, told: np.ndarray) -> None:
-        """Takes the window from `begin` [s] on: commands (n, 2) sent at (n, 1), and the motion."""
+    def _judge(self, begin: float, as_sent: np.ndarray, motion: np.ndarray) -> None:
+        """Takes the window from `begin` [s] on: commands (n, 3) as sent, and the motion."""
+        sent, told = as_sent[:, :1], as_sent[:, 1:]
         if not told.any():
             return
         times = begin + STEP * np.arange(round(WINDOW / STEP) + 1)
-        moved = np.column_stack([np.interp(times, self._motion[:, 0], self._motion[:, k]) for k in (1, 2)])
+        velocities = np.array([rotate(vx, vy, -yaw) for vx, vy, _, _, yaw in motion[:, 2:].tolist()])
+        moved = np.column_stack([np.interp(times, motion[:, 1], along) for along in velocities.T])
         self._sentences, followed = zip(*_followed(told, self._fastest), strict=True)
         # where all commands are slow, or fast, some bases follow them alike
         commands = {each.tobytes(): np.hstack([sent, each]) for each in followed}

@@ -19,11 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.control import stuck
-from collplan_core.control.stuck import with_row
+from collplan_core.control.drive_record import BY_RECEIPT, DriveRecord
 from collplan_core.jit import njit
 from collplan_core.parameters import Settings
-from collplan_core.sensing.motion_fit import DELAYS, LONGEST_DELAY, MASSES, STEP, misfits, ways
-from collplan_core.state import State
+from collplan_core.sensing.motion_fit import DELAYS, MASSES, STEP, misfits, ways
 from collplan_core.velocity_law import velocity_law
 
 OK, LATE, STUCK, SLIP, REVERSED = "ok", "late", "stuck", "slip", "reversed"
@@ -83,7 +82,6 @@ GROWTH_TIME = 0.25
 """Time for which poses must come later than they did [s]."""
 DRIFT = 0.002
 """Rate at which the smallest delay seen is forgotten, as two clocks may drift apart [s/s]."""
-_KEPT = max(WINDOW + LONGEST_DELAY, stuck.WINDOW) + 0.3
 _OWN_STALL = 0.3
 _OVERDUE = 2.5
 """Periods of control after which the last command may have left later than is known: the controller stalled."""
@@ -100,10 +98,9 @@ class MotionVerdict:
 
 
 class MotionRecord(NamedTuple):
-    """Recent commands and measured motion, times on the local clock."""
+    """Commands and motion since something else began to move the robot, and what they have shown; local clock."""
 
-    commands: np.ndarray = np.zeros((0, 3))  # (n, 3) time [s] and velocity [m/s, world frame]
-    motion: np.ndarray = np.zeros((0, 7))  # (m, 7) receipt [s], stamp [s], velocity [m/s], position [m], yaw [rad]
+    drive: DriveRecord = DriveRecord()
     free_since: float = -math.inf  # time since which only the wheels have moved the robot [s]
     quickest: float = math.inf  # smallest difference of receipt and stamp seen, drift added [s]
     learnt: np.ndarray = np.zeros(len(DELAYS))  # (k,) price of each of DELAYS [m^2/s]
@@ -111,20 +108,29 @@ class MotionRecord(NamedTuple):
     advantage: float = 0.0
     """Advantage of the delays beyond the limit over all others, where last compared [m^2/s]; 0 without that."""
 
+    @property
+    def motion(self) -> np.ndarray:
+        """(m, 7) as in the record of the drive."""
+        return self.drive.motion
+
+    @property
+    def commands(self) -> np.ndarray:
+        """(n, 3) time [s] and velocity [m/s, world frame]."""
+        return self.drive.told(BY_RECEIPT)
+
 
 def restart(record: MotionRecord) -> MotionRecord:
     """The record after a break in the poses: it keeps what was learnt, and drops the motion."""
-    return MotionRecord(learnt=record.learnt, delay=record.delay)
+    return MotionRecord(record.drive.forgotten(), learnt=record.learnt, delay=record.delay)
 
 
-def add_pose(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
-    """The record with a pose received at `local` [s]; `touching` where a wall is within reach of the ring."""
-    row = np.array((local, state.stamp, *state.velocity.tolist(), *state.position.tolist(), state.yaw))
+def add_pose(record: MotionRecord, drive: DriveRecord, touching: bool) -> MotionRecord:
+    """The record with the newest pose of `drive`; `touching` where a wall is within reach of the ring."""
+    local, stamp = drive.motion[-1, :2].tolist()
     since = local - float(record.motion[-1, 0]) if len(record.motion) else 0.0
-    quickest = min(record.quickest + DRIFT * since, local - state.stamp)
+    quickest = min(record.quickest + DRIFT * since, local - stamp)
     free_since = max(record.free_since, local + SETTLE) if touching else record.free_since
-    motion = with_row(record.motion, row, _KEPT, 0)
-    return record._replace(motion=motion, free_since=free_since, quickest=quickest)
+    return record._replace(drive=drive.since(record.drive), free_since=free_since, quickest=quickest)
 
 
 def ignore_until(record: MotionRecord, until: float) -> MotionRecord:
@@ -132,12 +138,12 @@ def ignore_until(record: MotionRecord, until: float) -> MotionRecord:
     return record._replace(free_since=max(record.free_since, until))
 
 
-def add_command(record: MotionRecord, velocity: np.ndarray, local: float) -> MotionRecord:
-    """The record with a command: velocity (2,) [m/s, world frame], sent at `local` [s]."""
-    if len(record.commands) and local - record.commands[-1, 0] > _OWN_STALL:
+def add_command(record: MotionRecord, drive: DriveRecord) -> MotionRecord:
+    """The record with the newest command of `drive`."""
+    sent = record.drive.commands[-1:, 0]
+    if len(sent) and drive.commands[-1, 0] - sent[0] > _OWN_STALL:
         record = restart(record)
-    row = np.array((local, *velocity.tolist()))
-    return record._replace(commands=with_row(record.commands, row, _KEPT, 0))
+    return record._replace(drive=drive.since(record.drive))
 
 
 def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[MotionVerdict, MotionRecord]:

@@ -88,7 +88,9 @@ def _mean_command(commands: np.ndarray, begin: float, end: float) -> tuple[float
     """Mean of the commands from `begin` to `end` [s]."""
     x, y, until = 0.0, 0.0, end
     for k in range(len(commands) - 1, -1, -1):
-        if until > begin and commands[k, 0] < until:
+        if until <= begin:
+            break
+        if commands[k, 0] < until:
             since = max(commands[k, 0], begin)
             x, y = x + (until - since) * commands[k, 1], y + (until - since) * commands[k, 2]
             until = since

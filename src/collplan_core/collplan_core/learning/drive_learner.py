@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from collplan_core.control.stuck import with_row
 from collplan_core.jit import njit
 from collplan_core.learning.bank import Bank, compare, learn
 from collplan_core.learning.drive import Drive, Learnt, LearntDrive
@@ -56,7 +55,7 @@ class _Pose(NamedTuple):
 
 
 class DriveLearner:
-    """Takes commands and poses in the order of time, all times on the poses' clock [s]."""
+    """Takes poses in the order of time, and the commands so far, all times on the poses' clock [s]."""
 
     def __init__(self, belief: Drive, pose_noise: float) -> None:
         """Begins with what the parameters tell, and the deviation of a measured position by axis [m]."""
@@ -82,12 +81,9 @@ class DriveLearner:
         self._variance, self._misfit, self._interval = pose_noise**2, 1.0, 0.0
         self._end_stretch()
 
-    def take_command(self, velocity: np.ndarray, now: float) -> None:
-        """Takes a velocity (2,) [m/s, body frame] that is sent now."""
-        self._commands = with_row(self._commands, np.array([now, *velocity.tolist()]), 1.0, 1)
-
-    def take_pose(self, pose: tuple[float, float, float, float]) -> None:
-        """Takes a pose: its stamp [s], x, y [m] and yaw [rad]."""
+    def take_pose(self, pose: tuple[float, float, float, float], commands: np.ndarray) -> None:
+        """Takes a pose: its stamp [s], x, y [m] and yaw [rad]; commands (n, 3), as in `bank.foresee`."""
+        self._commands = commands
         if pose[0] >= self._blocked:
             self._waiting.append(_Pose(*pose))
         while self._waiting and self._waiting[0].stamp <= pose[0] - WAIT:
@@ -107,7 +103,6 @@ class DriveLearner:
     def begin_anew(self) -> None:
         """Takes a break in the poses or their clock; what was learnt stays."""
         self._waiting.clear()
-        self._commands = np.zeros((0, 3))
         self._blocked = self._newest = -math.inf
         self._end_stretch()
 
@@ -215,6 +210,5 @@ def warm_up() -> None:
     """Compiles the filters, so that no pose has to wait for them."""
     learner = DriveLearner(Drive(1.0, 0.1, 0.0), 0.001)
     for k in range(30):
-        learner.take_command(np.array([0.1, 0.0]), 0.01 * k)
-        learner.take_pose((0.01 * k, 0.0, 0.0, 0.0))
+        learner.take_pose((0.01 * k, 0.0, 0.0, 0.0), np.array([[0.0, 0.1, 0.0]]))
     _ = learner.learnt

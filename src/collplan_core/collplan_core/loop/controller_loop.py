@@ -16,6 +16,7 @@ import numpy as np
 
 from collplan_core.command import Command, stopped
 from collplan_core.control.brush import Brush
+from collplan_core.control.drive_record import BY_STAMP
 from collplan_core.control.follow import ControllerMemory, clip_command, follow, saturate
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.manual_override import TAKEN, ManualCommand, overrides, overriding_command, why_no_override
@@ -24,7 +25,7 @@ from collplan_core.control.permission import why_outside, why_refuse_plan, why_s
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.learning.drive import with_drive
 from collplan_core.local_map import LocalMap
-from collplan_core.loop.delay_prediction import motion_under_way, with_command
+from collplan_core.loop.delay_prediction import motion_under_way
 from collplan_core.loop.drive_watch import NEARBY, DriveWatch
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
@@ -78,7 +79,6 @@ class ControllerLoop:
         self._waiting: Plan | None = None
         self._followed: FollowedPlan | None = None
         self._memory = ControllerMemory()
-        self._commands = np.zeros((0, 3))
         self._hand: ManualCommand | None = None
         self._released_command: ManualCommand | None = None
         self._robot_stands = ""
@@ -129,9 +129,8 @@ class ControllerLoop:
         """Takes a pose."""
         joins = self._inputs.take_pose(state, local, self._settings)
         self.motion.take_pose(state, local, joins, self._settings, self._inputs.sensed.movers)
-        self.drive.take_pose(state, joins, self.motion.pushed)
+        self.drive.take_pose(self.motion.drive, joins, self.motion.pushed)
         if not joins:
-            self._commands = np.zeros((0, 3))
             self._forget_plans()
 
     def take_impact(self, stamp: float, change: np.ndarray) -> None:
@@ -253,17 +252,10 @@ class ControllerLoop:
                 # the position is off the reference because the robot waits, not because something pushes it
                 self._memory = replace(self._memory, integral=integral)
         self.motion.commanded(command, local)
-        self._keep(command, local)
+        if self.drive.commanded(command, self._inputs.now(local), self.motion.verdict.kind, self._robot_stands):
+            self._settings = with_drive(self._given, self.drive.in_use)
         self._sent = command
         return command
-
-    def _keep(self, command: Command, local: float) -> None:
-        """Keeps the commands and their times, as they act later."""
-        state, now = self._inputs.state, self._inputs.now(local)
-        if state is not None and now is not None:
-            self._commands = with_command(self._commands, command.velocity, state.yaw, now)
-        if self.drive.commanded(command, now, self.motion.verdict.kind, self._robot_stands):
-            self._settings = with_drive(self._given, self.drive.in_use)
 
     def _override(self, hand: ManualCommand, local: float) -> Command:
         limits, state = self._settings.limits, self._inputs.state
@@ -318,7 +310,7 @@ class ControllerLoop:
         if delay <= 0.0:
             return state, now
         ahead = now + delay - state.stamp
-        state = motion_under_way(state, self._commands, delay, ahead, local_map, settings).end
+        state = motion_under_way(state, self.motion.drive.told(BY_STAMP), delay, ahead, local_map, settings).end
         return state, state.stamp
 
     def _kept_off(self, command: Command, acts: State | None, local: float) -> Command:

@@ -8,20 +8,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collplan_core.control.stuck import with_row
 from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, Plan
-from collplan_core.plane import rotate
 from collplan_core.reflection import believed_ring, rebound
 from collplan_core.state import State
 from collplan_core.velocity_law import rolled, velocity_law
 
 STEP = 0.005
 """Spacing of the samples, and of the delays distinguished [s]."""
-KEPT_COMMANDS = 0.5
-"""Commands are kept for so long: longer than any delay until they act [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +47,6 @@ class UnderWay:
             velocities=None if plan.velocities is None else np.concatenate([self.velocities[:-1], plan.velocities]),
             contacts=Contacts(*(np.concatenate([getattr(own, part), getattr(known, part)]) for part in parts)),
         )
-
-
-def with_command(commands: np.ndarray, velocity: np.ndarray, yaw: float, now: float) -> np.ndarray:
-    """Commands (n, 3) of `motion_under_way` with a newer one: velocity (2,) [m/s, body frame] sent at `now` [s]."""
-    return with_row(commands, np.array([now, *rotate(*velocity.tolist(), yaw)]), KEPT_COMMANDS, 1)
 
 
 def motion_under_way(

@@ -6,11 +6,11 @@ import numpy as np
 
 from collplan_core.command import STOPPED, Command
 from collplan_core.control.base_faults import BaseFaults
+from collplan_core.control.drive_record import OF_BODY, DriveRecord
 from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STUCK
 from collplan_core.learning.drive import DRIVE, Drive, LearntDrive, drive_in_use, drive_of
 from collplan_core.learning.drive_learner import DriveLearner
 from collplan_core.parameters import Settings
-from collplan_core.state import State
 
 AROUND = 0.06
 """Poses so near in time to a command that the wheels may not follow are left out [s]: it is longer than a period."""
@@ -40,17 +40,16 @@ class DriveWatch:
         self.faults = BaseFaults(settings.robot)  # what motion shows of the base, also where nothing is learnt
         self._newest = -math.inf
 
-    def take_pose(self, state: State, joins: bool, pushed: bool) -> None:
-        """Takes a pose: whether it joins the one before, and whether something else than the wheels may push."""
-        self._newest = state.stamp
-        self.faults.take_pose(state, joins and not pushed)
+    def take_pose(self, drive: DriveRecord, joins: bool, pushed: bool) -> None:
+        """Takes the newest pose: whether it joins the one before, and whether something may push that is no wheel."""
+        _, self._newest, _, _, x, y, yaw = drive.motion[-1].tolist()
+        self.faults.take_pose(drive, joins and not pushed)
         if self._learner is None:
             return
         if not joins:
             self._learner.begin_anew()
         if not pushed:
-            x, y = state.position.tolist()
-            self._learner.take_pose((state.stamp, x, y, state.yaw))
+            self._learner.take_pose((self._newest, x, y, yaw), drive.told(OF_BODY))
 
     def refuse_pose(self) -> None:
         """Takes a pose that cannot be used, as where a hand lifts the robot."""
@@ -67,11 +66,8 @@ class DriveWatch:
 
         `kind` is the newest verdict on the motion, `robot_stands` why the robot does not follow it; "" where it does.
         """
-        if now is not None:
-            self.faults.take_command(command.velocity, now)
         if self._learner is None or now is None:
             return False
-        self._learner.take_command(command.velocity, now)
         if kind == LATE and self._learner.driven > 0.0:
             # what was learnt of late poses is wrong
             self._learner = _learner(self._settings) or self._learner

@@ -6,6 +6,7 @@ import numpy as np
 
 from collplan_core.command import FREE_SPACE, Command
 from collplan_core.control.brush import LASTS, Brush, judge_brush
+from collplan_core.control.drive_record import DriveRecord
 from collplan_core.control.motion_monitor import (
     SETTLE,
     STOPPING,
@@ -21,7 +22,6 @@ from collplan_core.control.motion_monitor import (
 from collplan_core.jit import njit
 from collplan_core.movers.record import NO_MOVERS, Movers
 from collplan_core.parameters import Settings
-from collplan_core.plane import rotate
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
@@ -45,22 +45,23 @@ class MotionWatch:
         self.verdict = MotionVerdict()  # the newest
         self.pushed = False  # whether something else than the wheels may have moved the robot at the newest pose
         self.brush = Brush()  # a verdict that a contact explains, put off
+        self.drive = DriveRecord()  # what was commanded and how the robot moved since the poses began anew
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
-        self._yaw = math.nan
         self._touched = self._brushed = -math.inf
 
     def forget(self) -> None:
         """Forgets everything but the delay, as where a standing robot starts to drive."""
         self.verdict = MotionVerdict(delay=self._record.delay)
-        self._record = MotionRecord(delay=self._record.delay)
+        self._record = MotionRecord(self.drive.forgotten(), delay=self._record.delay)
 
     def take_pose(
         self, state: State, local: float, joins: bool, settings: Settings, movers: Movers = NO_MOVERS
     ) -> None:
         """Takes a pose, and what moves by then; a pose that does not join the earlier ones begins anew."""
         if not joins:
-            self._record = restart(self._record)
+            self.drive, self._record = self.drive.forgotten(), restart(self._record)
+        self.drive = self.drive.with_pose(state, local)
         beside = _is_beside(movers, state, settings)
         touching = self.is_near(state, settings.robot.radius + TOUCH) or beside
         self.pushed = touching
@@ -71,8 +72,7 @@ class MotionWatch:
             self._record = ignore_until(self._record, local + UNSEEN)
             beside = True
         self._brushed = local if beside else self._brushed
-        self._record = add_pose(self._record, state, local, touching)
-        self._yaw = state.yaw
+        self._record = add_pose(self._record, self.drive, touching)
 
     def is_near(self, state: State, reach: float) -> bool:
         """Returns whether a surface of the newest scan is within `reach` of the centre [m]."""
@@ -111,9 +111,8 @@ class MotionWatch:
 
     def commanded(self, command: Command, local: float) -> None:
         """Takes a command that is sent now."""
-        if math.isfinite(self._yaw):
-            x, y = command.velocity.tolist()
-            self._record = add_command(self._record, np.array(rotate(x, y, self._yaw)), local)
+        self.drive = self.drive.with_command(command.velocity, local)
+        self._record = add_command(self._record, self.drive)
 
 
 def _is_beside(movers: Movers, state: State, settings: Settings) -> bool:

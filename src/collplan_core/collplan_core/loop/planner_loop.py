@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.control.drive_record import BY_STAMP
 from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal, why_shows_itself
 from collplan_core.deadline import Deadline
 from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
@@ -24,7 +25,7 @@ from collplan_core.learning.drive import DRIVE, Drive, drive_of, with_drive
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
-from collplan_core.loop.delay_prediction import motion_under_way, with_command
+from collplan_core.loop.delay_prediction import motion_under_way
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.progress import Progress
@@ -80,7 +81,6 @@ class PlannerLoop:
         self._recovery, self._progress = Recovery(), Progress()
         # bumped obstacles are in its local map, and not in the scan
         self._placed: PlacedScan | None = None
-        self._commands = np.zeros((0, 3))
         self._planned_until = 0.0
         self._reported, self._noticed = "", -math.inf
         self._decisions: list[Decision] = []
@@ -122,7 +122,7 @@ class PlannerLoop:
             self._give_up(outside)
         if self.goal.active:
             self._progress.moved(state.position, self.goal.position, settings.planner.goal_tolerance)
-        stuck = self._recovery.moved(state, settings)
+        stuck = self._recovery.moved(state, local, settings)
         if stuck and self.goal.active:
             self._recover(stuck, state)
         self._plan_after_impact(local)
@@ -130,11 +130,8 @@ class PlannerLoop:
 
     def take_command(self, velocity: np.ndarray, local: float) -> None:
         """Takes a velocity (2,) [m/s, body frame] that the robot is commanded from now on."""
-        state, now = self._inputs.state, self._inputs.now(local)
-        if state is not None and now is not None:
-            self._commands = with_command(self._commands, velocity, state.yaw, now)
-            self._recovery.commanded(self._commands[-1, 1:], now)
-            self._progress.commanded(velocity, local)
+        self._recovery.commanded(velocity, local)
+        self._progress.commanded(velocity, local)
 
     def take_drive(self, max_acceleration: float, lag: float, delay: float) -> None:
         """Takes the drive that the controller uses from now on: [m/s^2], [s], [s]."""
@@ -213,7 +210,6 @@ class PlannerLoop:
     def _forget_before(self, stamp: float) -> None:
         """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""
         self._memory, self._placed, self._planned_until = self._known_map, None, stamp
-        self._commands = np.zeros((0, 3))
         self._alarm.forget()
         self._recovery.forget()
         self._progress.begin_goal()
@@ -345,7 +341,8 @@ class PlannerLoop:
             self._report_no_way(reason, local, gives_up=True)
             return
         settings, delay, shown = self._among_movers(settings), settings.robot.motion_delay, placed.local_map
-        before = motion_under_way(initial, self._commands, delay, delay, shown, settings) if delay > 0.0 else None
+        told = self._recovery.drive.told(BY_STAMP)
+        before = motion_under_way(initial, told, delay, delay, shown, settings) if delay > 0.0 else None
         begin = initial if before is None else before.end
         try:
             plan, self._memory = self._planner.plan(self._memory, shown, begin, goal, settings, deadline)

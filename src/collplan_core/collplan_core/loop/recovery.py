@@ -6,7 +6,8 @@ from collections import deque
 import numpy as np
 
 from collplan_core.control.back_out import DISTANCE, back_out
-from collplan_core.control.stuck import WINDOW, why_stuck, with_row
+from collplan_core.control.drive_record import BY_STAMP, DriveRecord
+from collplan_core.control.stuck import why_stuck
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
@@ -33,8 +34,9 @@ class Recovery:
 
     def __init__(self) -> None:
         """Starts without a trail."""
+        self.drive = DriveRecord()  # what was commanded and how the robot moved since the poses began anew
+        self._recent = self.drive  # that of it in which the robot may be stuck
         self._trail: deque[tuple[float, float]] = deque(maxlen=LONGEST_TRAIL)
-        self._forget_motion()
         self.begin_goal()
 
     def begin_goal(self) -> None:
@@ -52,44 +54,36 @@ class Recovery:
         self._trail.clear()
         self._until = -np.inf
         self.forget_felt()
-        self._forget_motion()
+        self.drive = self._recent = self.drive.forgotten()
 
     def led_by_hand(self) -> None:
         """Notes that a person drives: a robot pushed against something by hand is not stuck."""
         self._until = -np.inf
-        self._forget_motion()
+        self._recent = self.drive.forgotten()
 
     def forget_felt(self) -> None:
         """Drops bumped obstacles: only seen ones count."""
         self.felt = np.zeros((0, 2))  # (n, 2) centres of bumped obstacles, discs of the robot's radius, world frame [m]
 
-    def _forget_motion(self) -> None:
-        self._poses = self._commands = np.zeros((0, 3))
-        self._pushed = np.zeros(2)
-
     def is_backing_out(self, now: float) -> bool:
         """Returns whether the plan that backs out is in force at `now` [s, poses' clock]."""
         return now < self._until
 
-    def commanded(self, velocity: np.ndarray, now: float) -> None:
-        """Takes a velocity (2,) [m/s, world frame] commanded from `now` on [s, poses' clock]."""
-        vx, vy = velocity.tolist()
-        if len(self._commands) and now < self._commands[-1, 0]:
-            self._forget_motion()
-        # one before the window, as of the poses: it must be full
-        self._commands = with_row(self._commands, np.array((now, vx, vy), dtype=float), WINDOW, 1)
-        if vx or vy:
-            self._pushed = np.array(velocity, dtype=float)
+    def commanded(self, velocity: np.ndarray, local: float) -> None:
+        """Takes a velocity (2,) [m/s, body frame] commanded from `local` on [s, local clock]."""
+        self.drive = self.drive.with_command(velocity, local)
 
-    def moved(self, state: State, settings: Settings) -> str:
+    def moved(self, state: State, local: float, settings: Settings) -> str:
         """Takes a pose; returns why the robot is stuck, or "". A command older than limits.command_age is ignored."""
         x, y = state.position.tolist()
         if not self.is_backing_out(state.stamp) and self._is_farther(x, y):
             self._trail.append((x, y))
-        self._poses = with_row(self._poses, np.array((state.stamp, x, y), dtype=float), WINDOW, 1)
-        if len(self._commands) == 0 or state.stamp - self._commands[-1, 0] > settings.limits.command_age:
+        self.drive = self.drive.with_pose(state, local)
+        self._recent = self.drive.since(self._recent)
+        motion, commands = self._recent.motion, self._recent.told(BY_STAMP)
+        if len(commands) == 0 or state.stamp - commands[-1, 0] > settings.limits.command_age:
             return ""
-        return why_stuck(self._poses, self._commands, settings.robot.max_acceleration)
+        return why_stuck(motion[:, [1, 4, 5]], commands, settings.robot.max_acceleration)
 
     def _is_farther(self, x: float, y: float) -> bool:
         return not self._trail or math.dist((x, y), self._trail[-1]) >= STEP
@@ -97,12 +91,14 @@ class Recovery:
     def begin(self, state: State, settings: Settings) -> Plan | None:
         """Returns the plan that backs out; None where the robot was backing out already: then any other way will do."""
         robot, was_backing_out = settings.robot, self.is_backing_out(state.stamp)
-        ahead = self._pushed / max(float(np.hypot(*self._pushed)), 1e-9)
+        commands = self._recent.told(BY_STAMP)[:, 1:]
+        pushed = np.vstack([np.zeros((1, 2)), commands[commands.any(axis=1)]])[-1]
+        ahead = pushed / max(float(np.hypot(*pushed)), 1e-9)
         self.felt = np.vstack([self.felt, state.position + 2.0 * robot.radius * ahead])
         self.tries += 1
-        plan = None if was_backing_out else back_out(state, np.array(self._trail), self._pushed, robot.max_speed)
+        plan = None if was_backing_out else back_out(state, np.array(self._trail), pushed, robot.max_speed)
         self._until = -np.inf if plan is None else float(plan.times[-1])
         for _ in range(min(round(DISTANCE / STEP), len(self._trail))):
             self._trail.pop()
-        self._forget_motion()
+        self._recent = self.drive.forgotten()
         return plan

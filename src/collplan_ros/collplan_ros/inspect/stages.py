@@ -103,7 +103,7 @@ class Stages:
             self.happened.append((received, "pose", (result.state,)))
             joins = self._gate.take_pose(result.state, received, self._settings)
             self._watch.take_pose(result.state, received, joins, self._settings, self._sensed.movers)
-            self.drive.take_pose(result.state, joins, self._watch.pushed)
+            self.drive.take_pose(self._watch.drive, joins, self._watch.pushed)
             self._look_at_scans(received)
 
     def _take_impact(self, received: float, impact: Impact) -> None:
