@@ -61,8 +61,7 @@ def test_a_planner_plans_with_the_newest_drive_and_says_so(monkeypatch):
 def driven(
     settings=SETTINGS, kind=OK, robot_stands="", makes_command=None, pushed=False, hit=None, refused=False, steps=600
 ):
-    """A watch of a robot that starts at 0.75 m/s^2 under full commands, to and fro; `hit` is a change and whether a
-    surface is near, reported each 0.1 s."""
+    """A watch of a robot that starts at 0.75 m/s^2; `hit` is a change and whether a surface is near, each 0.1 s."""
     watch, x, v = DriveWatch(settings), 0.0, 0.0
     random = np.random.default_rng(1)
     for k in range(steps):

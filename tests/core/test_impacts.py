@@ -167,12 +167,6 @@ def test_by_hand_a_predicted_boundary_behind_the_end(monkeypatch):
     np.testing.assert_allclose(found.velocities_after, [[0.6 - MU * (1.0 + E) * 0.15, -E * 0.15]], atol=1e-6)
 
 
-def test_a_plan_that_ends_at_rest_foresees_nothing():
-    local_map = map_of(world_of([box(-4.0, 0.2 + RADIUS, 4.0, 0.6)]))
-    path, _ = straight((0.0, 0.0), (0.6, 0.15))
-    assert len(foreseen_contacts(local_map, TIMES, path, np.zeros_like(path), SETTINGS).times) == 0
-
-
 def state(stamp):
     return State(stamp, np.zeros(2), np.zeros(2), 0.0)
 
