@@ -87,17 +87,6 @@ def test_pairs_are_within_tolerance_and_used_once_and_none_is_left(impacts, pred
         assert near[i, j] if j != UNMATCHED else not near[i, [k for k in range(len(other)) if k not in used]].any()
 
 
-def test_by_hand_a_rebound_slower_and_turned_and_one_that_stayed_where_it_hit():
-    came = 0.5 * rotation(0.3) @ np.array([-0.7, 0.2])
-    (row,) = compared([(1.02, 0.51, 0.03, *came)], (0.9, HIT))
-    np.testing.assert_allclose(row, (0.3, SPEED, 0.5 * SPEED))
-    (row,) = compared([(1.0, 0.5, 0.0, 0.0, 0.0)], (0.5, HIT))
-    assert np.isfinite(row).all()
-    assert row[2] == 0.0
-    assert compared([], (0.5, HIT)).shape == (0, 3)
-    assert np.isnan(compared([HIT])).all()
-
-
 def test_the_last_plan_before_an_impact_is_asked_for_its_rebound():
     table = [
         ([(0.5, HIT), (0.9,)], False),  # the last plan gave it up

@@ -148,15 +148,3 @@ def test_a_robot_that_touches_a_wall_starts_and_drives_off(engine, far):
     drive(sim, (0.5, 0.0), 0.0, 1.0)
     assert sim.state.position[0] > far + 0.3
     assert not sim.take_impacts()
-
-
-def test_reset_puts_it_back_at_rest_while_time_goes_on():
-    sim = Simulator(OPEN, noisy(), 2)
-    start = sim.state.position
-    drive(sim, (1.0, 0.5), 0.5, 1.0)
-    sim.reset()
-    assert (sim.state.position == start).all()
-    assert not sim.state.velocity.any()
-    assert (sim.state.yaw, sim.time) == (0.0, 1.0)
-    sim.step()
-    assert (sim.state.position == start).all()
