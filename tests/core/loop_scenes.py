@@ -37,7 +37,6 @@ def see(loop, stamp: float, x: float = 0.0, y: float = 0.0, local: float | None 
 
 
 def see_until(loop, begin: float, end: float) -> None:
-    """Poses and scans every 0.1 s after `begin` and at the end."""
     for stamp in [*np.arange(begin + 0.1, end - 1e-6, 0.1).tolist(), end]:
         if stamp > begin:
             see(loop, stamp)

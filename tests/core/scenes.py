@@ -33,7 +33,6 @@ def rotation(angle: float) -> np.ndarray:
 
 
 def mover_at(x: float, y: float = 0.0, velocity=(0.0, 0.0), stamp: float = 0.0, radius=0.12, growth=0.0) -> Movers:
-    """One mover."""
     one = np.ones(1)
     return Movers(
         stamp, np.ones(1, int), np.array([(x, y)]), np.array([velocity]), radius * one, growth * one, stamp * one

@@ -25,12 +25,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
 )
 from collplan_core.time_to_goal_planner.boundary_memory.field import FIRST_SIDE
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.boundary_memory.update import (
-    INFERRED_DEPTH,
-    INFERRED_INSET,
-    known_boundaries,
-    remember,
-)
+from collplan_core.time_to_goal_planner.boundary_memory.update import INFERRED_INSET, known_boundaries, remember
 from collplan_core.worlds import World, load_world, world_segments
 from collplan_core.worlds.raycast import simulate_scan
 from scenes import (
@@ -89,13 +84,6 @@ def test_solid_is_inferred_behind_a_wall_but_not_at_the_ends_of_what_was_seen():
     assert np.abs(beside).max() >= 0.3 - INFERRED_INSET - 2.0 * REMEMBERED.spacing
 
 
-def test_inferred_solid_is_without_a_hole():
-    memory = seen_from(world_of([WALL]), [(0.0, 0.0)])
-    for deep in np.linspace(0.002, INFERRED_DEPTH - 0.01, 60):
-        assert clearance(memory, 0.0, 0.4 - RADIUS + deep) < 0.0
-    assert clearance(memory, 0.0, 0.4 - RADIUS + INFERRED_DEPTH + 0.01) > 0.0
-
-
 def test_solid_inferred_within_a_thin_wall_goes_once_both_sides_were_seen():
     thin = world_of([box(-0.4, 0.0, 0.4, 0.05)])
     turn = [(-0.55, -0.25), (-0.6, 0.025), (-0.55, 0.3)]
@@ -135,14 +123,6 @@ def test_a_wall_seen_elsewhere_by_drift_is_one_wall():
         assert np.allclose(memory.pieces[ahead][:, [1, 3]], 0.4 + drift)
 
 
-def test_a_face_seen_edge_on_does_not_reach_to_what_is_behind_it():
-    local_map = map_of(world_of([box(0.15, -0.3, 0.45, 0.0), box(0.55, -0.3, 0.7, 0.3)]), (0.0, 0.01))
-    x = local_map.walls[:, [0, 2]]
-    assert ((x.min(axis=1) < 0.45) & (x.max(axis=1) > 0.54)).any()  # all that lies ahead is near one line
-    memory = remember(None, local_map, ROBOT, REMEMBERED)
-    assert not ((memory.pieces[:, [0, 2]] > 0.46) & (memory.pieces[:, [0, 2]] < 0.54)).any()
-
-
 def test_memory_is_bounded_by_number_and_what_was_seen_longest_ago_goes(monkeypatch):
     monkeypatch.setattr(update, "MOST_PIECES", 100)
     memory = seen_from(world_of([WALL]), [(x, 0.0) for x in np.arange(0.0, 2.0, 0.05)])
@@ -163,12 +143,6 @@ def test_a_scan_without_anything_or_of_nothing_but_invalid_ranges_is_taken():
             assert np.isfinite(after.pieces).all()
     memory = remember(None, star_map(np.full(360, 0.5)), ROBOT, REMEMBERED)
     assert (len(memory.pieces), is_free(memory, 0.3, 0.3), is_free(memory, 0.4, 0.4)) == (0, True, False)
-
-
-def test_a_thin_post_is_remembered():
-    for radius in (0.003, 0.03):
-        memory = seen_from(world_of(circles=[(0.0, 0.4, radius)]), [(0.0, 0.0), (0.05, 0.0), (0.1, 0.0)])
-        assert clearance(memory, 0.0, 0.4 - radius - 0.1) == pytest.approx(0.01, abs=2e-3)
 
 
 def test_a_known_map_is_exact_as_large_as_its_walls_and_free_where_nothing_is_touched():
@@ -297,7 +271,6 @@ def test_the_field_is_that_of_the_pieces_left(seed: int, noise: float):
 
 
 def of_kinds(local_map: LocalMap, stands) -> LocalMap:
-    """The map of a scan of which these beams met what stands."""
     kinds = np.where(np.broadcast_to(stands, len(local_map.view)), STANDS, NEW)
     return replace(local_map, returns=replace(ALL_STANDS, kinds=kinds))
 
@@ -330,7 +303,6 @@ ROW = [np.array([[x, 0.3], [x + 0.2, 0.3], [x + 0.1, 0.5]]) for x in np.arange(-
 
 
 def along_a_row(settings=REMEMBERED) -> RememberedBoundaries:
-    """The memory after a drive of 4.1 m past a row of obstacles."""
     world = World("row", tuple(ROW), np.zeros((0, 3)), (-9.0, -9.0, 9.0, 9.0), False)
     memory = None
     for local_map in maps_along(world, [np.array([x, 0.0]) for x in np.arange(0.0, 4.2, 0.1)]):

@@ -244,13 +244,3 @@ def test_by_hand_a_turn_to_the_side_at_speed_and_what_is_no_command():
     for broken in (hand(0.1, math.inf), hand(0.1, yaw_rate=math.nan)):
         command = overriding_command(broken, sent([0.3, 0.0]), False, SETTINGS)
         assert (command.maneuver, command.velocity.tolist(), command.yaw_rate) == (STOPPED, [0.0, 0.0], 0.0)
-
-
-@given(st.floats(1.0, 1e9), st.floats(-math.pi, math.pi), st.floats(-1e9, 1e9))
-def test_however_much_a_hand_asks_for_it_gets_the_most_that_way(excess, angle, turn):
-    asked, command = ROBOT.max_speed * np.array([math.cos(angle), math.sin(angle)]), sent([0.0, 0.0])
-    for _ in range(200):
-        command = overriding_command(ManualCommand(excess * asked, turn, 0.0), command, False, SETTINGS)
-    assert (command.maneuver, command.reason) == (HAND, "")
-    assert command.velocity == pytest.approx(asked, abs=1e-9)
-    assert command.yaw_rate == pytest.approx(min(max(turn, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate))

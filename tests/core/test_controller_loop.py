@@ -118,12 +118,6 @@ def test_without_such_a_time_the_parameter_counts():
         see(loop, 1.0 + age)
         assert (loop.tick(1.0 + age).maneuver == FREE_SPACE) == follows
     assert "0.61 s old" in loop.tick(1.0 + age).reason
-    for until, words in ((1.0, "plan 0.10 s old"), (0.5, "plan 0.10 s old")):  # also before the plan begins
-        loop = driving()
-        assert loop.take_plan(replace(straight_plan(1.0), valid_until=until), 1.0) == ""  # more of the same plan
-        see(loop, 1.1)
-        assert words in loop.tick(1.1).reason
-        assert loop.refusals["plan"] == 0
 
 
 def test_old_poses_and_scans_stop_it_and_refused_ones_are_named():
@@ -237,7 +231,6 @@ def leaps(loop: ControllerLoop, begin: float, duration: float = 0.5) -> None:
 
 
 def goes_on_elsewhere(loop: ControllerLoop, now: float, told_first: bool = True) -> str:
-    """The robot is seen elsewhere, and planned for from there; why it stands then."""
     told = "pose", f"{KIDNAPPED}: pose 1.000, 0.000"
     if told_first:
         loop.refuse(*told)
@@ -267,29 +260,6 @@ def test_a_robot_that_was_carried_is_held_at_once_however_short_it_was_unseen(to
     loop = driving()
     leaps(loop, 1.05)
     assert without(loop, "nothing", 1.6, 0.3) == ""  # a leap that ends where it began holds nothing
-
-
-@pytest.mark.parametrize("told_first", [True, False])
-def test_whoever_gives_a_goal_while_the_poses_leap_knows_that_it_was_carried(told_first):
-    loop = driving()
-    leaps(loop, 1.05, 0.2)
-    loop.take_goal(goal(stamp=1.25, identity=bytes(16)))
-    leaps(loop, 1.25, 0.3)
-    assert goes_on_elsewhere(loop, 1.55, told_first) == ""
-    leaps(loop, 1.65)
-    assert is_held(goes_on_elsewhere(loop, 2.15, told_first))  # of the next time they know nothing
-
-
-def test_a_robot_that_is_carried_between_two_goals_goes_to_the_next():
-    for status in ENDED:
-        loop = driving()
-        loop.take_goal(goal(status))
-        leaps(loop, 1.05)
-        loop.refuse("pose", KIDNAPPED)
-        see(loop, 1.55, x=1.0)
-        assert not loop.held
-        loop.take_goal(goal(stamp=1.55, identity=bytes(16)))
-        assert without(loop, "nothing", 1.6, 0.3) == ""
 
 
 def test_motion_that_is_late_or_reversed_holds_it_at_once_and_other_motion_does_not(monkeypatch):
@@ -349,16 +319,6 @@ def test_what_is_lost_for_over_a_second_holds_it_before_the_first_plan_too(lost)
     assert not is_held(without(loop, "plan", 7.25, 0.5))
     assert is_held(fault(7.8, 1.4))
     assert is_held(without(loop, "nothing", 9.25, 2.0))
-
-
-def test_what_is_no_active_goal_lets_nothing_go_on():
-    for status in ENDED:
-        loop = driving()
-        first = loop.goal
-        without(loop, "pose", 1.05, 2.0)
-        loop.take_goal(goal(status, stamp=3.1, identity=bytes(16)))
-        loop.take_goal(first)
-        assert is_held(without(loop, "nothing", 3.2, 0.5))
 
 
 @given(st.lists(st.tuples(st.sampled_from([*INPUTS, "nothing"]), st.floats(0.05, 2.0)), max_size=6))

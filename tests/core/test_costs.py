@@ -6,7 +6,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
+from collplan_core.paper_planner.candidates import long_enough, product, sample_positions
 from collplan_core.paper_planner.costs import total
 from collplan_core.paper_planner.costs.model import CostModel
 from collplan_core.paper_planner.costs.position import position_costs, straight_on
@@ -18,21 +18,14 @@ from collplan_core.paper_planner.costs.risk import (
     distance_to_predicted,
     gap_risks,
 )
-from collplan_core.paper_planner.costs.total import (
-    TIE_BREAK,
-    TOTAL,
-    least_first,
-    least_forward,
-    normalize,
-    weighted_terms,
-)
+from collplan_core.paper_planner.costs.total import TIE_BREAK, TOTAL, least_first, least_forward, weighted_terms
 from collplan_core.paper_planner.costs.velocity import (
     rebound_reward,
     rebound_rewards,
     unit_vector,
     velocity_costs,
 )
-from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
+from collplan_core.paper_planner.pruning import prune_directions, prune_positions
 from collplan_core.paper_planner.sampling_space import PRUNE_DISTANCE
 from collplan_core.reflection import Ring
 from collplan_core.velocity_bounds import velocity_bounds
@@ -70,10 +63,7 @@ LEFT = 0.5 + np.sqrt(1.25) - 1.0
 
 
 def test_by_hand_position_costs_are_normalised_first_and_penalised_then_or_as_printed():
-    """The previous aim was to the left: ahead and behind are turns of 90 degrees.
-
-    As printed the interior angle at p_cur to p_pre = (0, -0.3) is 90, 180, 90 degrees: all penalised, then normalised.
-    """
+    """As printed the interior angle at p_cur to p_pre = (0, -0.3) is 90, 180, 90 degrees: all are penalised."""
     goal, aimed, previous = np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([0.0, -0.3])
     np.testing.assert_allclose(j_pos(ABC, ORIGIN, goal, aimed, previous), [5.0 * (1 + 0) - 1, LEFT, 5.0 * (1 + 1) - 1])
     printed = j_pos(ABC, ORIGIN, goal, aimed, previous, 0.3, "printed", "printed")
@@ -90,11 +80,6 @@ def test_by_hand_the_turn_counts_from_its_threshold_on():
     plain = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), NO_PLAN, ORIGIN)
     costs = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), np.array([1.0, 0.0]), np.array([0.2, 0.5]))
     assert (costs > plain).tolist() == [False, False, True, True, True]
-
-
-def test_by_hand_normalize_is_min_max_and_zero_without_spread():
-    np.testing.assert_allclose(normalize(np.array([-1.0, 3.0, 0.0])), [0.0, 1.0, 0.25])
-    assert not normalize(np.full(3, 7.0)).any()
 
 
 # J_risk, Alg. 2
@@ -134,7 +119,6 @@ def gap_risk(reach, position, sides, widest=10.0, reading="opening_width") -> fl
 
 
 def test_by_hand_gap_risk_is_the_openings_width_at_the_candidate_or_the_bare_angle():
-    """Open from 40 to 100 degrees, candidate at 60 degrees and 0.5 m: 40 degrees to the open side."""
     reach = np.full(360, 0.2)
     reach[40:101] = 0.6
     position, angle = 0.5 * unit(np.radians(60.0)), np.radians(40.0)
@@ -192,12 +176,6 @@ def test_by_hand_a_rebound_into_known_free_space_is_penalised():
     assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, later) == -1.5
 
 
-def test_by_hand_velocity_cost():
-    for risk, reward, expected in ((0.25, 0.4, -(2.0 + 0.5) * 0.75 - 0.4 * 0.25), (0.0, 9.0, -2.5), (1.0, 0.4, -0.4)):
-        costs = velocity_costs(np.array([[1.0, 0.5]]), np.array([2.0, 1.0]), np.array([risk]), np.array([reward]), True)
-        np.testing.assert_allclose(costs, [expected])
-
-
 # eq. (1)
 
 POSITIONS = np.array([[0.5, 0.2], [0.5, -0.2]])
@@ -250,13 +228,11 @@ def test_by_hand_equal_costs_are_told_apart_by_the_velocity_along_the_approach()
 
 
 def chain(points, number: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """One frontier of straight pieces through the points."""
     points = np.array(points, dtype=float)
     return np.hstack([points[:-1], points[1:]]), np.full(len(points) - 1, number)
 
 
 def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
-    """A notch of 3 cm, and a frontier of two pieces of 4 cm."""
     chains = chain([(0.0, 0.0), (0.03, 0.0)], 0), chain([(0.0, 1.0), (0.04, 1.0), (0.08, 1.0)], 1)
     segments, number = (np.concatenate(part) for part in zip(*chains, strict=True))
     assert long_enough(segments, number, 0.05).tolist() == [False, True, True]
@@ -265,7 +241,6 @@ def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
 
 
 def test_by_hand_positions_are_the_centres_of_equal_cells():
-    """Four cells; one of a short frontier; three and a rest; 0.3 m + 0.1 m round a corner at 0.2 m."""
     table = [
         ([(0.0, 0.0), (0.4, 0.0)], 0.1, [[0.05, 0.0], [0.15, 0.0], [0.25, 0.0], [0.35, 0.0]]),
         ([(0.0, 0.0), (0.0, 0.05)], 0.08, [[0.0, 0.025]]),
@@ -287,12 +262,6 @@ def test_by_hand_each_position_at_rest_once_and_every_direction_of_its_segment_a
     np.testing.assert_allclose(velocities, [*first, *second], atol=1e-12)
 
 
-def test_by_hand_the_printed_speed_set_depends_on_the_frontiers_length():
-    frontier_of = np.array([0, 0, 0, 1])
-    assert SPEED_COUNTS["fixed"](frontier_of, 4).tolist() == [4, 4, 4, 4]
-    assert SPEED_COUNTS["printed"](frontier_of, 4).tolist() == [3, 3, 3, 1]
-
-
 D_PRUNE, SPACING = PRUNE_DISTANCE, SETTINGS.planner.frontier_spacing
 GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
 
@@ -307,7 +276,6 @@ def nearest_to_goal(positions, goal) -> float:
 
 
 def assert_stood_for(local_map, positions, frontier_of, kept, goal) -> None:
-    """Each dropped frontier has a surviving one within d_prune, in free sight, nearer to the goal."""
     free = free_polygon(local_map).buffer(2e-3)
     for dropped in set(frontier_of[~kept]):
         assert not kept[frontier_of == dropped].any()
@@ -348,24 +316,3 @@ def test_a_step_from_a_frontier_leaves_f_in_the_directions_kept_alone(world, n_d
         across = np.abs(along[0] * ways[:, 1] - along[1] * ways[:, 0]) / length > 0.05
         stays = local_map.contains(middle + 1e-3 * length * ways)
         np.testing.assert_array_equal(kept[across], ~stays[across])
-
-
-OPEN = star_map(np.full(360, 1.0))
-AHEAD = np.array([3.0, 0.0])
-
-
-def test_by_hand_a_dropped_frontier_drops_nobody():
-    """Three in a row toward the goal, 0.3 m apart: the middle one is stood for, the last by a dropped one only."""
-    positions = np.array([[0.6, 0.0], [0.3, 0.0], [0.0, 0.0]])
-    kept = prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.35)
-    assert kept.tolist() == [True, False, True]
-
-
-def test_by_hand_a_frontier_across_unseen_space_is_kept():
-    reach = np.full(360, 1.0)
-    reach[10:21] = 0.1
-    positions = np.array([0.5 * unit(0.0), 0.5 * unit(np.radians(30.0))])
-    assert not free_sight(star_map(reach).border, *positions[0], *positions[1])
-    assert prune_positions(star_map(reach).border, positions, np.array([0, 1]), AHEAD, 0.35).all()
-    assert free_sight(OPEN.border, *positions[0], *positions[1])
-    assert not prune_positions(OPEN.border, positions, np.array([0, 1]), AHEAD, 0.35).all()

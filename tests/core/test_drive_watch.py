@@ -4,21 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from straight_planner import STRAIGHT
 
 from collplan_core.command import FREE_SPACE, Command, stopped
 from collplan_core.control.drive_record import DriveRecord
 from collplan_core.control.motion_monitor import LATE, OK, SLIP
-from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.learning.drive import Drive, drive_of
 from collplan_core.loop import controller_loop
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.drive_watch import SURE, DriveWatch
-from collplan_core.loop.planner_loop import PlannerLoop
-from collplan_core.planners import PLANNERS
 from collplan_core.state import State
-from loop_scenes import AHEAD, IDENTITY, SETTINGS, cycles, see, straight_plan
+from loop_scenes import IDENTITY, SETTINGS, see, straight_plan
 
 HEAVY = Drive(0.75, 0.2, 0.03)
 BELIEF = drive_of(SETTINGS.robot)
@@ -38,32 +34,10 @@ def test_a_plan_is_followed_with_the_drive_that_it_was_made_with(monkeypatch):
     assert followed_with == [HEAVY, BELIEF, HEAVY]
 
 
-def test_a_planner_plans_with_the_newest_drive_and_says_so(monkeypatch):
-    planned_with = []
-
-    def plan(*given):
-        planned_with.append(drive_of(given[4].robot))
-        return STRAIGHT.plan(*given)
-
-    monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, plan=plan))
-    loop, told = PlannerLoop(SETTINGS, lambda settings: never), []
-    see(loop, 1.0)
-    loop.take_goal(IDENTITY, AHEAD, 1.0)
-    for stamp, drive in ((1.01, None), (1.1, HEAVY), (1.2, None)):
-        if drive is not None:
-            loop.take_drive(*drive)
-        loop.change_settings(SETTINGS)
-        see(loop, stamp)
-        (cycle,) = cycles(loop.cycle(stamp))
-        told.append(cycle.plan.drive)
-    assert planned_with == told == [BELIEF, HEAVY, HEAVY]
-
-
 def driven(
     settings=SETTINGS, kind=OK, robot_stands="", makes_command=None, pushed=False, hit=None, refused=False, steps=600
 ):
-    """A watch of a robot that starts at 0.75 m/s^2 under full commands, to and fro; `hit` is a change and whether a
-    surface is near, reported each 0.1 s."""
+    """A watch of a robot that starts at 0.75 m/s^2; `hit` is a change and whether a surface is near, each 0.1 s."""
     watch, drive, x, v = DriveWatch(settings), DriveRecord(), 0.0, 0.0
     random = np.random.default_rng(1)
     for k in range(steps):

@@ -21,7 +21,6 @@ from collplan_core.time_to_goal_planner.model import (
     robot_model,
 )
 from collplan_core.time_to_goal_planner.plan_cycle import LONGEST_PLAN
-from collplan_core.velocity_law import velocity_after
 from scenes import rotation, unit
 from time_to_goal_scenes import (
     RADIUS,
@@ -72,7 +71,6 @@ some_walls = st.sampled_from(WALLS)
 
 
 def at_wall(bearing: float, incidence: float, speed: float, share: float) -> np.ndarray:
-    """A state that touches the wall after a share of a step."""
     velocity = speed * (rotation(incidence) @ -unit(bearing))
     return np.array([*(-share * STEP * velocity), *velocity])
 
@@ -212,7 +210,6 @@ def test_a_contact_above_the_limit_costs_more_than_any_other_plan_and_a_harder_o
 
 
 def test_by_hand_what_an_interval_within_the_margin_costs():
-    """By the square of how far within: at the wall as much as it lasts."""
     costs, problem = contact_costs(with_strategy("bounce")), ROOM
     for clearance in (0.0, 0.005, 0.02, 0.05):
         place = Motion(HALF - clearance, 0.0, 1.0, 0.0, 0.0, 0)
@@ -242,13 +239,6 @@ def seen_up_to(x: float):
 BEHIND_WALL, SEEN = problem_over(FACE, (0.5, 0.5)), seen_up_to(1.0)
 
 
-@given(x=st.floats(-1.5, 1.5), y=st.floats(-1.5, 1.5))
-def test_at_rest_it_stops_where_it_stands_if_that_was_seen(x, y):
-    if abs(x - 1.0) > FLOOR.spacing:
-        assert stops(BEHIND_WALL, (x, y), (0.0, 0.0)) == (x < 1.0)
-        assert stops(SEEN, (x, y), (0.0, 0.0)) == (x < 1.0)
-
-
 def test_at_full_speed_it_needs_its_braking_distance():
     for problem in [BEHIND_WALL, SEEN]:
         assert stops(problem, (1.0 - BRAKING - 0.05, 0.0), (SPEED, 0.0)), problem
@@ -259,7 +249,6 @@ def test_at_full_speed_it_needs_its_braking_distance():
 
 
 def test_swerving_saves_where_braking_straight_does_not():
-    """A block whose lower left corner is at (0, 0), straight ahead."""
     block = walls((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))
     problem = problem_over(walls_field(block), (-1.0, -1.0))
     touches = -np.sqrt(RADIUS**2 - 0.06**2)
@@ -292,11 +281,3 @@ def test_without_an_answer_the_plan_costs_too_much_to_win():
     assert asked.costs[2] == pytest.approx(unasked.costs[2] + UNSTOPPABLE)
     standing = [rolled(problem, (0.0,) * 4, np.zeros((10, 2))).cost for problem in problems]
     assert standing[0] == standing[1]
-
-
-def test_braking_counts_on_less_than_the_wheels_make():
-    velocity, distance = SPEED, 0.0
-    while velocity > 0.0:
-        slower, _ = velocity_after(STOPPING.wheels, velocity, 0.0, -SPEED, 0.0, STEP)
-        velocity, distance = slower, distance + 0.5 * (velocity + slower) * STEP
-    assert distance < BRAKING

@@ -20,7 +20,6 @@ WAITING = "print('here', flush=True); time.sleep(60)"
 
 
 def interrupted(tmp_path, importing, running, *, ignoring=False):
-    """Exit code and stderr of a program that is interrupted where it says that it is there."""
     (tmp_path / "program.py").write_text(PROGRAM.format(importing=importing, running=running))
     start = "from collplan_core.command_line import Executable; raise SystemExit(Executable('program')())"
     # said either way: a test run in the background ignores it and leaves that to its children

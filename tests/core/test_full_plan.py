@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.time_to_goal_planner.arrival import UNREACHED_COST, least_time, to_go
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, PENDING
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED, PENDING
 from collplan_core.time_to_goal_planner.full_plan import SHORTEST, FullPlan, sample_trajectory
 from collplan_core.time_to_goal_planner.initial_plans import (
     CoarsePlans,
@@ -17,9 +17,7 @@ from collplan_core.time_to_goal_planner.initial_plans import (
     coarse_plans,
     extended,
     padded,
-    shifted,
     targets,
-    tracked,
 )
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
 from collplan_core.time_to_goal_planner.plan_cycle import HORIZON, N_STARTS
@@ -57,7 +55,6 @@ POSTS = ((0.0, 0.1, 0.15), (0.5, -0.2, 0.1))
 
 @cache
 def u_turn() -> Problem:
-    """Along the lower row, round the septum's tip, and back along the upper one."""
     return problem_over(walls_field(np.vstack(U_TURN)), (-0.9, 0.25))
 
 
@@ -84,13 +81,11 @@ def state_in(scene, velocity=(0.0, 0.0)) -> np.ndarray:
 
 
 def coarse_in(problem: Problem, state: np.ndarray, best: float = np.inf, margin: float = np.inf) -> CoarsePlans:
-    """All coarse plans, or those that are not given up."""
     initial = motion_in(problem, state)
     return coarse_plans(problem, initial, targets(problem, initial), N_STEPS, best, margin)
 
 
 def carried_on(problem: Problem, state: np.ndarray, commands) -> FullPlan:
-    """Commands (n, 2) from a state, and on to the goal."""
     return extended(problem, motion_in(problem, state), padded(np.array(commands), MOST), len(commands))
 
 
@@ -123,7 +118,6 @@ def test_refinement_never_raises_the_cost_and_says_what_its_commands_give(scene,
 
 @pytest.mark.parametrize("scene", PLACES)
 def test_refinement_makes_plans_faster(scene):
-    """From anything at all to nearly what the best coarse plan leads to; all of those arrive."""
     for strategy in STRATEGIES:
         problem, state = of_strategy(scene(), strategy), state_in(scene)
         coarse, started = coarse_in(problem, state), []
@@ -136,16 +130,6 @@ def test_refinement_makes_plans_faster(scene):
         better = refined(problem, plan, 0, 1200)
         assert better.cost < plan.cost - 0.3
         assert best.cost - 0.2 < better.cost < 1.3 * best.cost
-
-
-def test_nothing_is_tried_on_an_empty_plan_and_equal_seeds_refine_alike():
-    plan = carried_on(u_turn(), state_in(u_turn), np.zeros((5, 2)))
-    assert_same(refined(u_turn(), plan, 0, 0), plan)
-    empty = rolled(nothing(), state_in(nothing), np.zeros((0, 2)), most=10)
-    assert_same(refined(nothing(), empty, 0, 10), empty)
-    one, other, third = (refined(u_turn(), plan, seed, 200) for seed in (3, 3, 4))
-    assert_same(one, other)
-    assert third.cost != one.cost
 
 
 @FEW
@@ -169,7 +153,6 @@ def test_the_cost_is_the_time_and_what_is_paid_on_the_way(scene, v, strategy, se
 
 
 def test_by_hand_straight_across_an_open_floor():
-    """From rest to the edge of the goal: the wheels' full acceleration, then full speed."""
     plan = rolled(nothing(), state_in(nothing), np.tile((SPEED, 0.0), (50, 1)))
     assert has_arrived(nothing(), plan)
     a, lag = SETTINGS.robot.max_acceleration, SETTINGS.robot.velocity_lag
@@ -235,7 +218,6 @@ def test_by_hand_the_least_time_round_a_tip_is_that_of_the_path():
 
 
 def test_a_goal_that_is_as_near_through_a_wall_is_not_said_to_be_a_long_way_round():
-    """The septum is 0.18 m thick to the disc's centre: a goal so wide is reached across it."""
     wide = with_strategy("bounce", planner__goal_tolerance=1.0)
     field, goal = walls_field(np.vstack(U_TURN)), np.array([-0.9, 0.25])
     problem = problem_of(field, field.clearance >= 0.0, shortest_paths(field, goal, goal, wide), wide)
@@ -247,15 +229,6 @@ def test_a_goal_that_is_as_near_through_a_wall_is_not_said_to_be_a_long_way_roun
         assert least_time(paths.length, paths.cells, disc, BOUNDS, here) == pytest.approx(straight / SPEED, abs=1e-9)
     narrow = u_turn().constants.goal
     assert narrow.tolerance <= narrow.longest_within < narrow.tolerance + SETTINGS.time_to_goal.grid_spacing
-
-
-def test_targets_are_rest_and_rings_at_full_and_half_speed():
-    ring = targets(nothing(), motion_in(nothing(), (*((1.0, 0.0) - 0.5 * unit(0.3)), 0.0, 0.0)))
-    speeds, counts = np.unique(np.round(np.hypot(*ring.T), 9), return_counts=True)
-    np.testing.assert_allclose(speeds, (0.0, 0.5 * SPEED, SPEED))
-    assert counts.tolist() == [1, 8, 16]
-    np.testing.assert_allclose(ring[0], SPEED * unit(0.3))
-    assert len(np.unique(np.round(ring, 9), axis=0)) == 25
 
 
 @FEW
@@ -289,55 +262,3 @@ def test_by_hand_the_trajectory_of_a_bounce():
     np.testing.assert_allclose(contacts, [expected], atol=1e-3)
     assert rows[:, 1].max() == pytest.approx(0.3, abs=1e-3)
     np.testing.assert_allclose(rows[-1], (0.75, 0.3 - 0.5 * 0.7 * SPEED, 0.0, -0.7 * SPEED, 0.0), atol=2e-3)
-
-
-def test_a_plan_pays_for_a_pending_wall_as_for_inferred_solid_if_it_comes_there_soon_and_as_for_a_wall_later():
-    """Head-on at v_max into a wall 0.3 m or 0.9 m away: there after 0.25 s, or after 0.75 s."""
-    for away, kind in ((0.3, INFERRED), (0.9, OBSERVED)):
-        commands = np.repeat([(SPEED, 0.0), (-0.7 * SPEED, 0.0)], (round(away / SPEED / CONTROL_INTERVAL), 10), axis=0)
-        plans, all_contacts = [], []
-        for source in (kind, PENDING):
-            problem = problem_over(faces_field((np.pi, away), source=source), (-1.2, 0.0))
-            plans.append(rolled(problem, (0.0, 0.0, SPEED, 0.0), commands))
-            begin = motion_in(problem, (0.0, 0.0, SPEED, 0.0))
-            all_contacts.append(sample_trajectory(problem, begin, commands, RADIUS)[1])
-        assert_same(*plans)
-        np.testing.assert_array_equal(*all_contacts)
-        assert [contact[8] for contact in all_contacts[0]][:1] == [kind]
-
-
-def test_the_best_coarse_plans_begin_differently_and_come_in_order():
-    costs = np.random.default_rng(0).uniform(1.0, 2.0, (25, 5, 25))
-    costs[3] = np.inf
-    costs[7, 2, 4] = 0.5
-    best = best_coarse(costs, 6)
-    assert best[0] == (7, 2, 4)
-    assert len({a for a, _, _ in best}) == 6
-    chosen = [costs[place] for place in best]
-    assert chosen == sorted(chosen)
-    assert [costs[a].min() for a, _, _ in best] == chosen
-    assert len(best_coarse(costs, 40)) == 24
-    assert best_coarse(np.full_like(costs, np.inf), 6) == []
-
-
-def test_what_is_left_of_a_plan():
-    commands = np.arange(20.0).reshape(10, 2)
-    for intervals, gone in ((0.0, 0), (3, 3), (3.4, 3), (3.6, 4), (10, 10), (1e6, 10)):
-        np.testing.assert_array_equal(shifted(commands, intervals * CONTROL_INTERVAL), commands[gone:])
-    assert len(shifted(np.zeros((0, 2)), 0.1)) == 0
-    assert len(shifted(commands, -2 * CONTROL_INTERVAL)) <= 10
-    np.testing.assert_array_equal(padded(commands, 12)[:10], commands)
-    np.testing.assert_array_equal(padded(commands, 4), commands[:4])
-
-
-def test_tracking_a_plan_from_where_it_is_changes_nothing_and_from_beside_leads_back():
-    state = state_in(nothing)
-    plan = carried_on(nothing(), state, np.zeros((0, 2)))
-    commands, there = plan.commands[: plan.n], np.ascontiguousarray(plan.states[: plan.n, :2])
-    same = tracked(nothing(), motion_in(nothing(), state), commands, there)
-    np.testing.assert_allclose(same, commands, atol=1e-12)
-    beside = state + np.array([0.0, 0.05, 0.0, 0.0])
-    led = rolled(nothing(), beside, tracked(nothing(), motion_in(nothing(), beside), commands, there))
-    alone = rolled(nothing(), beside, commands)
-    assert abs(alone.states[alone.n, 1]) == pytest.approx(0.05, abs=1e-6)
-    assert abs(led.states[led.n, 1]) < 0.01

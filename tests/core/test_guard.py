@@ -99,7 +99,6 @@ def a_way(random, rows, k, steps):
 
 @njit
 def after(law, motion, command):
-    """The motion a step later."""
     x, y, vx, vy = motion
     wx, wy = velocity_after_step(law, vx, vy, command[0], command[1])
     return np.array([x + 0.5 * STEP * (vx + wx), y + 0.5 * STEP * (vy + wy), wx, wy])
@@ -164,17 +163,6 @@ def test_one_that_stands_or_leaves_is_free_and_one_that_has_nothing_near_is_not_
     assert share(disc(5.0), DRIVES) == (1.0, -1)
 
 
-def test_beside_and_behind_what_moves_along_it_drives_on():
-    assert share(disc(0.0, 0.45, vx=1.0), DRIVES) == (1.0, -1)
-    assert share(disc(0.4, 0.0, vx=1.2), (0.0, 0.0, 1.0, 0.0), (1.0, 0.0)) == (1.0, -1)
-
-
-def test_a_dodge_ahead_of_a_mover_is_braking_at_best():
-    """It comes from the side to the place ahead that the robot cannot leave any more."""
-    crossing = disc(0.45, 0.35, vy=-0.7)
-    assert share(crossing, (0.0, 0.0, 0.9, 0.0), (1.2, -0.1))[0] < 0.2
-
-
 def test_it_counts_on_rebounds_and_a_wall_in_front_of_a_mover_saves_it():
     wall = np.array([[0.35, -1.0, 0.35, 1.0]])
     behind = disc(0.75, growth=0.0)
@@ -190,7 +178,6 @@ def test_a_command_that_is_as_slow_as_may_be_is_never_held():
 
 
 def drive_along(rows, way):
-    """Place and speed along x at the end of each control period of a robot that is to drive along it at 1.2 m/s."""
     motion, periods, courses = REST, BODY.held - 3, []
     while motion[0] < way:
         sent, _ = share(rows, motion)
@@ -203,7 +190,6 @@ def drive_along(rows, way):
 
 @pytest.mark.parametrize("speed", [0.5, 1.0])
 def test_past_an_edge_out_of_which_something_may_come_it_creeps_and_then_drives_on(speed):
-    """The edge goes away from a tip that is 0.12 m beside the way, 1.5 m ahead."""
     x, v = drive_along(edge(1.5, 0.12, 1.8, 0.3, speed), 2.5).T
     before, beside, behind = x < 0.4, (x > 1.3) & (x < 1.45), x > 2.2
     assert v[before].max() > 0.6

@@ -87,17 +87,6 @@ def test_pairs_are_within_tolerance_and_used_once_and_none_is_left(impacts, pred
         assert near[i, j] if j != UNMATCHED else not near[i, [k for k in range(len(other)) if k not in used]].any()
 
 
-def test_by_hand_a_rebound_slower_and_turned_and_one_that_stayed_where_it_hit():
-    came = 0.5 * rotation(0.3) @ np.array([-0.7, 0.2])
-    (row,) = compared([(1.02, 0.51, 0.03, *came)], (0.9, HIT))
-    np.testing.assert_allclose(row, (0.3, SPEED, 0.5 * SPEED))
-    (row,) = compared([(1.0, 0.5, 0.0, 0.0, 0.0)], (0.5, HIT))
-    assert np.isfinite(row).all()
-    assert row[2] == 0.0
-    assert compared([], (0.5, HIT)).shape == (0, 3)
-    assert np.isnan(compared([HIT])).all()
-
-
 def test_the_last_plan_before_an_impact_is_asked_for_its_rebound():
     table = [
         ([(0.5, HIT), (0.9,)], False),  # the last plan gave it up
@@ -165,12 +154,6 @@ def test_by_hand_a_predicted_boundary_behind_the_end(monkeypatch):
     np.testing.assert_allclose(found.times, [8.0 + 1 / 3], atol=1e-6)
     np.testing.assert_allclose(found.points, [[0.8, 0.2 + RADIUS]], atol=1e-6)
     np.testing.assert_allclose(found.velocities_after, [[0.6 - MU * (1.0 + E) * 0.15, -E * 0.15]], atol=1e-6)
-
-
-def test_a_plan_that_ends_at_rest_foresees_nothing():
-    local_map = map_of(world_of([box(-4.0, 0.2 + RADIUS, 4.0, 0.6)]))
-    path, _ = straight((0.0, 0.0), (0.6, 0.15))
-    assert len(foreseen_contacts(local_map, TIMES, path, np.zeros_like(path), SETTINGS).times) == 0
 
 
 def state(stamp):

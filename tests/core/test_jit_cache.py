@@ -41,7 +41,6 @@ def package(tmp_path):
 
 
 def run_outer(package: Path, run: str = RUN, **variables: str | None) -> list[int]:
-    """The compiled answer of a fresh process, and how often it came from the cache."""
     env = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT")}
     env |= {"PYTHONPATH": str(package.parent), "XDG_CACHE_HOME": str(package.parent / "cache")}
     env |= {key: value for key, value in variables.items() if value is not None}
@@ -104,18 +103,6 @@ def test_a_damaged_cache_is_made_anew(package, damage):
         assert run_outer(package) == [2, 1]
 
 
-def test_code_for_other_argument_types_is_not_run(package):
-    """As is left of two processes that save at the same time, each under the first free name."""
-    run_outer(package)
-    (code,) = (path for path in caches(package) if path.suffix == ".nbc")
-    whole = code.read_bytes()
-    run_outer(package, RUN.replace("outer(1)", "int(2 * outer(1.5))"))
-    other = next(path for path in caches(package) if path.suffix == ".nbc" and path != code)
-    other.write_bytes(whole)
-    for cached in (0, 1):
-        assert run_outer(package, RUN.replace("outer(1)", "int(2 * outer(1.5))")) == [5, cached]
-
-
 NO_HOME = "import os, pwd; pwd.getpwuid = lambda uid: {}[uid]; "
 
 
@@ -124,8 +111,6 @@ NO_HOME = "import os, pwd; pwd.getpwuid = lambda uid: {}[uid]; "
     [
         ({"XDG_CACHE_HOME": None, "HOME": "home"}, "home/.cache/collplan"),
         ({"XDG_CACHE_HOME": "rel/ative", "HOME": "home"}, "home/.cache/collplan"),
-        ({"XDG_CACHE_HOME": "/proc/none", "HOME": "home"}, "home/.cache/collplan"),
-        ({"XDG_CACHE_HOME": "xdg", "HOME": None}, "xdg/collplan"),
         ({"XDG_CACHE_HOME": None, "HOME": None, "TMPDIR": "tmp"}, "tmp/collplan-"),
         ({"NUMBA_CACHE_DIR": "numba"}, "numba/collplan"),
         ({"NUMBA_CACHE_DIR": "/proc/none", "XDG_CACHE_HOME": "xdg"}, "xdg/collplan"),

@@ -1,7 +1,7 @@
 """A LIDAR that is not at the centre, sweeps and errs: every beam begins where it was."""
 
 from dataclasses import replace
-from math import hypot, pi, radians, sqrt, tau
+from math import hypot, pi, sqrt, tau
 
 import numpy as np
 import pytest
@@ -9,9 +9,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from collplan_core.control.permission import is_blocked
 from collplan_core.local_map import build_local_map
-from collplan_core.local_map.free_space import UNSEEN_SURFACE
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Lidar, LocalMapping, ScanInput, Settings
 from collplan_core.scan import Scan
@@ -73,28 +71,6 @@ def test_free_space_from_beside_the_centre_is_free(world, mount):
     assert shapely.difference(free_polygon(seen), grown(world, RADIUS - 0.01)).area > 0.85 * free_polygon(seen).area
 
 
-def test_what_a_lidar_ahead_of_the_centre_cannot_see_behind_it_is_not_free():
-    state, mount = at_rest(), {"offset_x": 0.06}
-    scan = simulate_scan(world_of(), state, Lidar(angle_min=-2.356, angle_span=4.712, n_beams=271, **mount))
-    seen = build_local_map(placed_among(scan, state, [state], ScanInput(**mount)), state, ROBOT, LocalMapping())
-    directions = 2.0 * np.pi * np.arange(len(seen.reach)) / len(seen.reach)
-    ahead, behind = np.cos(directions) > 0.1, np.cos(directions) < -0.9
-    assert (seen.reach[ahead] > 0.5).all()
-    assert (seen.reach[behind] == 0.0).all()
-    assert (seen.surface[behind] == UNSEEN_SURFACE).all()
-
-
-def test_a_goal_is_blocked_where_it_is():
-    state, mount = at_rest((0.1, 0.0), 0.4), {"offset_x": -0.07, "offset_y": 0.05, "offset_yaw": 1.0}
-    scan = placed(world_of([box(0.4, -0.1, 0.6, 0.1)]), state, mount)
-    settings = Settings().with_values({"planner.goal_tolerance": 0.01})
-    for x in (0.4 - RADIUS - 0.01, 0.4 - RADIUS + 0.03):
-        assert is_blocked(np.array([x, 0.0]), scan, state, settings, LocalMapping()) == (x > 0.4 - RADIUS)
-
-
-# ---- a sweep
-
-
 def bounced(stamp: float) -> State:
     along = stamp if stamp < 0.35 else 0.35 - 0.7 * (stamp - 0.35)
     return State(stamp, np.array([along - 0.3, 0.1]), np.array([1.0 if stamp < 0.35 else -0.7, 0.0]), 1.5 * stamp)
@@ -141,8 +117,6 @@ def test_noise_has_its_deviation_and_equal_seeds_give_equal_scans():
     assert instant(0.0).scan(at_rest()).ranges.tobytes() == scan_of(SQUARE, at_rest()).ranges.tobytes()
 
 
-EXACT = replace(LD19, noise=0.0, noise_share=0.0, lost=0.0, divergence=0.0)
-"""The sensor without errors, so that nothing but the sweep is left."""
 DRAWS = 200_000
 
 
@@ -156,7 +130,6 @@ def random(seed: int = 0) -> np.random.Generator:
 
 
 def driving(stamp: float) -> State:
-    """A robot that drives a straight line and turns evenly, which interpolation meets exactly."""
     return State(stamp, np.array([-0.5 + 0.9 * stamp, 0.3 * stamp]), np.array([0.9, 0.3]), 2.5 * stamp)
 
 
@@ -196,28 +169,6 @@ def test_a_beam_on_an_edge_lies_between_the_two_surfaces(near, gap, turn):
     assert blended(world, np.zeros((1, 2)), np.array([pi]), LD19)[0] == pytest.approx(3.0, rel=1e-4)
 
 
-def test_each_beam_of_a_sweep_is_an_ideal_one_from_its_own_pose():
-    world = room([[0.5, -2.0], [0.6, -2.0], [0.6, 2.0], [0.5, 2.0]])
-    ideal = Lidar(n_beams=EXACT.n_beams, range_min=EXACT.range_min, range_max=EXACT.range_max)
-    came = scans_of(Sweeps(world, EXACT, Lidar(), 0), np.arange(0.0, 0.5, 0.01))
-    assert len(came) == 4
-    for _, scan in came[::3]:
-        states = [driving(stamp) for stamp in EXACT.beam_times(scan.stamp)]
-        expected = [simulate_scan(world, state, ideal).ranges[k] for k, state in enumerate(states)]
-        np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)
-
-
-def test_scans_follow_each_other_and_come_late_by_the_latency():
-    for period in [0.001, 0.005, 0.01, 0.1]:
-        pairs = scans_of(Sweeps(room(), LD19, Lidar(), 0), period * np.arange(round(1.0 / period)))
-        stamps = np.array([scan.stamp for _, scan in pairs])
-        assert len(stamps) in (8, 9), period
-        np.testing.assert_allclose(stamps, LD19.sweep_time * np.arange(len(stamps)), atol=1e-9)
-        late = np.array([came for came, _ in pairs]) - stamps - LD19.sweep_time
-        assert (late > LD19.latency - 1e-6).all(), period
-        assert (late < LD19.latency + period + 1e-6).all(), period
-
-
 def test_after_silence_or_a_clock_set_a_sweep_begins_anew():
     for jump in [-5.0, 0.4, 100.0]:
         sweeps = Sweeps(room(), LD19, Lidar(), 0)
@@ -231,7 +182,6 @@ def test_after_silence_or_a_clock_set_a_sweep_begins_anew():
 
 @pytest.mark.parametrize("sensor", ["ideal", "low_cost"])
 def test_a_fault_of_the_lidar_is_in_its_ranges_and_nowhere_else(sensor):
-    """Beside a long wall: the beams along it are open, or lost ones are zeros, or the last turn comes again."""
     world, stamps = world_of([box(-10.0, 0.3, 10.0, 0.5)]), np.arange(0.0, 0.6, 0.01)
     scans = {}
     for fault in ("none", "flat", "zeros", "repeats"):
@@ -250,13 +200,3 @@ def test_a_fault_of_the_lidar_is_in_its_ranges_and_nowhere_else(sensor):
     assert len(set(kept)) < 0.8 * len(kept)
     assert len({scan.stamp for scan in scans["repeats"]}) == len(kept)
     assert again.stamp == sound.stamp
-
-
-def test_low_cost_is_the_shipped_record():
-    lidar = Lidar(sensor="low_cost", angle_min=radians(90.0))
-    _, scan = scans_of(sweeps_of(room(), lidar, 0), np.arange(0.0, 0.2, 0.01))[0]
-    assert (len(scan.ranges), scan.range_min, scan.range_max) == (LD19.n_beams, LD19.range_min, LD19.range_max)
-    assert scan.angle_min == radians(90.0)
-    assert scan.time_increment * len(scan.ranges) == pytest.approx(LD19.sweep_time)
-    assert scan.angle_increment * len(scan.ranges) == pytest.approx(tau)
-    assert sweeps_of(room(), Lidar(), 0) is None

@@ -177,7 +177,6 @@ def measured(position=(0.0, 0.0, 0.0), quaternion=(0.0, 0.0, 0.0, 1.0), frame="m
 
 
 def about(axis, angle):
-    """x, y, z, w of a turn about a unit vector."""
     return (*(math.sin(angle / 2) * np.array(axis)), math.cos(angle / 2))
 
 
@@ -186,7 +185,6 @@ def same_angle(a, b, tolerance=1e-9):
 
 
 def test_an_offset_by_hand_and_what_has_no_stamp_gets_the_time_of_its_receipt():
-    """Markers 3 cm ahead of the centre and 1 cm left of it, turned by 90 degrees; the robot looks along y."""
     body = with_offset(PoseSample(0.0, np.array([1.0, 2.0]), math.pi / 2), 0.03, 0.01, math.pi / 2)
     np.testing.assert_allclose(body.position, [0.99, 2.03], atol=1e-12)
     assert [robot_pose(measured(stamp=stamp), 7.5, Mocap()).stamp for stamp in (None, 3.0)] == [7.5, 3.0]

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.movers.finding import MoverMemory, find_movers
-from collplan_core.movers.record import MOVES, NEW, STANDS, Movers, SortedReturns
-from collplan_core.movers.tracks import Track, legs_of
+from collplan_core.movers.record import MOVES, STANDS, Movers, SortedReturns
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.mover_history import MoverHistory
@@ -96,18 +95,6 @@ def test_a_disc_that_sets_out_is_followed(speed):
     assert len({int(movers.numbers[0]) for movers in found if len(movers)}) == 1
 
 
-def test_what_stops_stays_a_mover_and_what_is_seen_through_is_gone():
-    def mover(t):
-        return None if t > 5.5 else walks(0.5)(min(t, 1.3))
-
-    states = drive(125)
-    found = sort_all(states, scans_of(states, mover=mover))
-    standing = [returns.movers for returns, state in zip(found, states, strict=True) if 1.0 < state.stamp < 5.5]
-    assert all(len(movers) == 1 for movers in standing)
-    np.testing.assert_allclose(standing[-1].velocities, 0.0, atol=0.02)
-    assert not len(found[-1].movers)
-
-
 @pytest.mark.parametrize("leaves", [np.inf, 3.0])
 def test_who_walked_in_is_no_wall_even_if_hidden_until_its_place_is_seen_free(leaves):
     def mover(t):
@@ -145,40 +132,6 @@ def test_a_person_is_one_mover_with_two_legs_and_one_velocity():
         assert (np.hypot(*(movers.positions - middle).T) + movers.radii < radius + 1e-9).all()
 
 
-def test_who_stands_between_two_goes_with_each_and_these_not_with_one_another():
-    def track(number: int, x: float) -> Track:
-        times = PERIOD * np.arange(5)
-        newest = np.column_stack([times, np.full(5, x), np.zeros(5), np.full(5, 0.1)])
-        return Track(number, 5, newest[0, 1:3], newest, np.zeros((0, 3)))
-
-    together, persons = legs_of([track(1, 0.0), track(2, 0.4), track(3, 0.85)])
-    assert together.sum(axis=1).tolist() == [2, 3, 2]
-    assert persons.tolist() == [1, 1, 1]
-
-
-def test_a_scan_that_comes_again_for_one_pose_makes_no_speed():
-    states, walk = drive(16), walks(0.6)
-    scans = scans_of(states, mover=walk)
-    again = sort_all([*states[:12], states[11], *states[11:]], [*scans[:12], scans[11], *scans[11:]])
-    assert all(np.isfinite(returns.movers.rows).all() for returns in again)
-    np.testing.assert_allclose(again[-1].movers.velocities[0], (0.6, 0.0), atol=0.25)
-
-
-def test_a_surface_stands_once_it_stayed_in_place():
-    states = drive(7)
-    kinds = [returns.kinds for returns in sort_all(states, scans_of(states))]
-    early = round(SETTINGS.movers.standing_time / PERIOD)
-    assert all((each == NEW).all() for each in kinds[:early])
-    assert (kinds[early] == STANDS).mean() > 0.95
-
-
-def test_what_comes_into_view_behind_a_tip_is_new_and_stands_soon():
-    states = drive(16, (0.0, 0.8))
-    new = [(returns.kinds == NEW).sum() for returns in sort_all(states, scans_of(states))]
-    assert max(new[5:]) > 0
-    assert max(new[6:]) < 60
-
-
 def test_the_map_and_the_memory_are_without_what_moves():
     sensed, states, walk = SensedScans(0.5), drive(24), walks(0.6)
     memory, seen_there = None, []
@@ -194,16 +147,6 @@ def test_the_map_and_the_memory_are_without_what_moves():
     assert away.min() > 0.12
     inner = (middles > 0.05).all(axis=1) & (middles < (2.95, 1.95)).all(axis=1) & (middles[:, 0] < 0.95)
     assert not (inner & (middles[:, 1] > 1.2)).any()
-
-
-def test_a_mover_that_covers_much_of_the_view_holds_no_scan():
-    sensed, states = SensedScans(0.5), drive(30)
-    scans = scans_of(states, mover=lambda t: np.array([0.5 + max(0.0, 0.9 - 0.6 * t), 0.75]), radius=0.2)
-    reasons = []
-    for state, scan in zip(states, scans, strict=True):
-        sensed.take_pose(state, state.stamp, SETTINGS)
-        reasons += [reason for reason, _ in sensed.take_scan(scan, state.stamp, SETTINGS)]
-    assert reasons == [""] * len(states)
 
 
 def test_what_stood_stands_for_a_new_goal_too():

@@ -67,40 +67,20 @@ def test_delay_pause_and_ends_by_hand():
         assert place_at(once, time) == pytest.approx(place)
     for_ever = Mover(0.1, way, 0.5, delay=1.0, pause=2.0)
     # at the end at 9 s, from there at 11 s, at the corner from 15 to 17 s, at the first from 19 to 21 s
-    for time, place in (
-        (10.0, (2, 3)),
-        (13.0, (2, 2)),
-        (16.0, (2, 1)),
-        (18.0, (1.5, 1)),
-        (20.0, (1, 1)),
-        (22.0, (1.5, 1)),
-    ):
+    for time, place in ((10.0, (2, 3)), (16.0, (2, 1)), (18.0, (1.5, 1)), (20.0, (1, 1)), (22.0, (1.5, 1))):
         assert place_at(for_ever, time) == pytest.approx(place)
     one_round = replace(for_ever, rounds=1)
     for time, place in ((10.0, (2, 3)), (18.0, (1.5, 1)), (22.0, (1, 1)), (50.0, (1, 1))):
         assert place_at(one_round, time) == pytest.approx(place)
 
 
-def test_who_turns_back_stays_in_its_round():
-    walk = Mover(0.1, np.array([[0.0, 0.0], [1.0, 0.0]]), 1.0, rounds=2)
-    back = turned(walk, 2.25)  # in the second round of 2 s, on its way out
-    assert (back, place_at(walk, back)) == (3.75, (0.25, 0.0))
-    assert place_at(walk, back + 1.0) == (0.0, 0.0)
-
-
 def test_bad_movers_are_refused_and_named():
     good = "radius: 0.1, speed: 0.5, way: [[1, 1], [2, 1]]"
     for bad, words in (
         ("radius: 0, speed: 0.5, way: [[1, 1]]", r"movers[1].radius: got 0, expected a number above 0 [m]"),
-        ("radius: 0.1, speed: true, way: [[1, 1]]", "movers[1].speed: got True, expected a number above 0 [m/s]"),
         (f"{good}, delay: -1", "movers[1].delay: got -1, expected a number from 0 [s]"),
-        (f"{good}, to_and_fro: 1", "movers[1].to_and_fro: got 1, expected true or false"),
-        (f"{good}, rounds: 1.5", "movers[1].rounds: got 1.5, expected a whole number from 0"),
         (f"{good}, sped: 1", "movers[1].sped: unknown key, expected radius, way, speed"),
-        ("radius: 0.1, way: [[1, 1]]", "movers[1].speed: missing"),
-        ("radius: 0.1, speed: 1, way: []", "movers[1].way: got [], expected at least one way point"),
         ("radius: 0.1, speed: 1, way: [[1, 1], [1, 1]]", "movers[1].way: got [[1.0, 1.0], [1.0, 1.0]], expected"),
-        ("radius: 0.1, speed: 1, way: [[1, 1], [1]]", "movers[1].way[1]: got [1], expected [x, y] [m]"),
         ("radius: 0.1, speed: 1, way: [[1, 1], [5, 1]]", "movers[1].way[1]: [5.0, 1.0] is outside the arena"),
         ("radius: 0.1, speed: 1, way: [[3, 3]]", "movers[1].way[0]: [3.0, 3.0] is inside circles[0]"),
     ):
@@ -161,9 +141,6 @@ def test_a_history_holds_its_ends_and_begins_anew():
     np.testing.assert_allclose(history.at_each(np.array([0.0]))[0], disc)
     history.add(0.5 * HELD, 2.0 * disc)  # a clock set back
     np.testing.assert_allclose(history.at_each(np.array([2.5 * HELD]))[0], 2.0 * disc)
-
-
-# ---- people on two legs
 
 
 STEP = 0.002

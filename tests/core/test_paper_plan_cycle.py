@@ -30,7 +30,6 @@ from scenes import (
     rotation,
     scan_of,
     uneven_world,
-    unit,
     world_of,
 )
 
@@ -123,26 +122,6 @@ def test_a_goal_in_free_space_is_the_aim_and_the_end():
     assert np.isnan(memory.aim).all()
 
 
-def test_by_hand_a_previous_plan_to_the_other_side_makes_turning_back_cost():
-    world, goal, state = world_of([box(0.2, -0.12, 0.4, 0.12)]), np.array([3.0, 0.0]), at_rest()
-    _, memory = cycle(world, state, goal)
-    for side in (1.0, -1.0):
-        previous = type(memory)(np.zeros(2), 0.5 * unit(side * np.radians(100.0)), 0.0)
-        plan, _ = cycle(world, state, goal, memory=previous)
-        assert plan.aim[1] * side > 0.0
-        turn = np.arccos(plan.aim @ previous.aim / np.hypot(*plan.aim) / 0.5)
-        assert turn < SETTINGS.planner.turn_threshold
-
-
-def test_memory_keeps_the_way_travelled_and_the_last_aim():
-    world, goal = world_of(), np.array([4.0, 0.0])
-    first, memory = cycle(world, at_rest(), goal)
-    np.testing.assert_array_equal(memory.aim, first.aim)
-    _, memory = cycle(world, at_rest((0.3, 0.4)), goal, memory=memory)
-    assert memory.travelled == pytest.approx(0.5)
-    np.testing.assert_array_equal(memory.previous, [0.3, 0.4])
-
-
 def test_the_strategies_of_the_paper_have_its_weights():
     weights = {name: Weights(**PAPER_WEIGHTS[name]) for name in ("harness", "high_risk", "low_risk")}
     assert {name: (w.risk, w.velocity) for name, w in weights.items()} == {
@@ -187,13 +166,6 @@ def test_every_choice_by_name_has_its_effect():
         assert fingerprint({f"planner.{key}": value}, "harness") != fingerprint({}, "harness"), (key, value)
 
 
-def test_the_tie_rule_decides_where_velocity_has_no_weight():
-    for rule, speed in (("forward", ROBOT.max_speed), ("first", 0.0)):
-        chosen = SETTINGS.with_values({"planner.strategy": "high_risk", "planner.tie_rule": rule})
-        plan, _ = cycle(world_of(), at_rest(), np.array([3.0, 0.2]), chosen)
-        assert np.hypot(*plan.aim_velocity) == pytest.approx(speed)
-
-
 a_mover = partial(mover_at, radius=0.1, growth=0.1)
 
 
@@ -220,14 +192,4 @@ def test_it_drives_round_a_mover_that_stands_in_its_way(strategy, goal):
     assert np.abs(free.positions[:, 1]).max() < 0.05
     there = replace(ALL_STANDS, movers=a_mover(0.3, 0.0))
     plan, _ = plan_cycle(None, replace(local_map, returns=there), state, goal, settings)
-    assert not meets_a_mover(plan.aim[None], there.movers, state, settings)[0]
-
-
-def test_a_goal_beside_which_a_mover_stands_is_reached_on_its_other_side():
-    settings, state, goal = SETTINGS, at_rest((0.0, 0.0)), np.array((0.4, 0.0))
-    local_map = build_local_map(scan_of(world_of(), state), state, ROBOT, settings.local_map)
-    there = replace(ALL_STANDS, movers=a_mover(0.6, 0.0))
-    plan, _ = plan_cycle(None, replace(local_map, returns=there), state, goal, settings)
-    away = np.hypot(*(plan.aim - goal))
-    assert 0.0 < away < settings.planner.goal_tolerance
     assert not meets_a_mover(plan.aim[None], there.movers, state, settings)[0]

@@ -9,10 +9,10 @@ from straight_planner import STRAIGHT
 
 from collplan_core.control.permission import plan_lifetime
 from collplan_core.deadline import never
-from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, SUCCEEDED
+from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING
 from collplan_core.loop import current_goal, progress
 from collplan_core.loop.decisions import ERROR, INFO, WARNING
-from collplan_core.loop.planner_loop import ALARM_PERIODS, PlannerLoop
+from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.recovery import way_left
 from collplan_core.movers.record import NO_MOVERS
 from collplan_core.plan import NoPlan
@@ -29,7 +29,6 @@ def straight(monkeypatch):
 
 
 def with_goal(settings=SETTINGS, goal=AHEAD, why_forbidden=lambda: "") -> PlannerLoop:
-    """A loop with a goal since 1.0 s, and a pose and a scan of 1.01 s."""
     loop = PlannerLoop(settings, lambda settings: never, why_forbidden=why_forbidden)
     see(loop, 1.0)
     assert statuses(loop.take_goal(IDENTITY, goal, 1.0)) == [ACCEPTED]
@@ -58,15 +57,6 @@ def test_no_plan_is_made_twice_of_one_pose_nor_of_one_before_the_goal():
     see(loop, 1.01)
     assert len(cycles(loop.cycle(1.01))) == 1
     assert not cycles(loop.cycle(1.02))
-
-
-def test_an_arrival_ends_the_goal():
-    loop = with_goal()
-    loop.cycle(1.02)
-    decisions = [see(loop, float(stamp), x=1.2 * (stamp - 1.02)) for stamp in np.arange(1.03, 2.8, 0.01)]
-    assert [statuses(each) for each in decisions if each] == [[SUCCEEDED]]
-    assert not decisions[0]
-    assert loop.cycle(2.9) == []
 
 
 def test_cancel_ends_the_goal_once_and_so_does_one_that_is_refused():
@@ -213,14 +203,6 @@ def test_time_in_which_no_scan_comes_closes_no_goal_off(monkeypatch):
     assert loop.trouble == "aimless"
 
 
-def test_stale_inputs_make_no_plan_and_are_named():
-    loop = with_goal()
-    ((level, text),) = notices(loop.cycle(1.2))
-    assert (level, "0.19 s" in text) == (WARNING, True)
-    loop.refuse("pose", "orientation")
-    assert loop.why_stale(1.2).startswith("pose refused")
-
-
 def test_plans_from_the_newest_pose_go_on_until_the_next_scan_of_a_slow_lidar():
     """A turn of 0.15 s, stamped with its first beam, is 0.31 s old when the next one comes 0.01 s after its end."""
     for sweep, until, limit in ((0.0, 1.24, ""), (0.0, 1.31, "0.25"), (0.15, 1.31, ""), (0.14, 1.40, "0.39")):
@@ -255,18 +237,6 @@ def test_an_impact_is_planned_for_at_once_from_a_pose_that_is_as_late():
     (cycle,) = cycles(see(loop, 1.05))
     assert cycle.plan.stamp == 1.05
     assert not cycles(see(loop, 1.06))
-
-
-def test_impacts_soon_after_each_other_or_of_another_time_are_refused():
-    loop = with_goal()
-    loop.cycle(1.02)
-    assert cycles(loop.take_impact(1.01, CHANGE, 1.03)) == []  # of the pose that the plan is from
-    see(loop, 1.05)
-    loop.take_impact(1.05, CHANGE, 1.03 + 0.9 * ALARM_PERIODS * PERIOD)
-    assert loop.refusals["impact"] == 1
-    loop.take_impact(99.0, CHANGE, 1.06)
-    assert loop.refusals["impact"] == 2
-    assert loop.n_impacts == 3
 
 
 def test_after_a_break_of_the_poses_the_goal_has_a_later_stamp_and_plans_go_on():

@@ -23,13 +23,17 @@ COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"
 MINUTE = 60.0 if COMPILED else 3.0
 
 
-def feed(points, memory=FRESH, begin=0.0, config=SETTINGS, period=PERIOD):
+def fed(samples, memory=FRESH, config=SETTINGS):
     results = []
-    for k, point in enumerate(points):
-        stamp = begin + k * period
-        result, memory = filter_pose(memory, PoseSample(stamp, np.asarray(point, dtype=float), 0.0), stamp, config)
+    for sample in samples:
+        result, memory = filter_pose(memory, sample, sample.stamp, config)
         results.append(result)
     return results, memory
+
+
+def feed(points, memory=FRESH, begin=0.0, config=SETTINGS, period=PERIOD):
+    points = np.asarray(points, dtype=float)
+    return fed((PoseSample(begin + k * period, point, 0.0) for k, point in enumerate(points)), memory, config)
 
 
 def line(n, velocity, start=(0.0, 0.0)):
@@ -40,10 +44,7 @@ RESTITUTION = 0.7
 
 
 def driven(duration, seed, change=0.0, rate=400):
-    """Positions at 100 Hz of a robot driven as hard as its wheels allow, changing its mind at random, and its hits.
-
-    Each hit changes the velocity by `change`, a second after the last one, when the robot is fast enough for it.
-    """
+    """Positions at 100 Hz of a robot driven as hard as its wheels allow, and its hits, one a second."""
     robot, rng = SETTINGS.robot, np.random.default_rng(seed)
     velocity, position, wanted, change_at = np.zeros(2), np.zeros(2), np.zeros(2), 0.0
     hits, points, step = [], [], 1.0 / rate
@@ -73,9 +74,6 @@ def noisy(points, seed, deviation=0.002):
     return points + np.random.default_rng(seed).normal(0.0, deviation, points.shape)
 
 
-# ---- velocity
-
-
 @given(angle=st.floats(-3.2, 3.2), speed=st.floats(0.0, 1.2), begin=st.floats(-100.0, 1000.0))
 def test_straight_drive_is_exact_at_any_rate(angle, speed, begin):
     velocity = speed * np.array([math.cos(angle), math.sin(angle)])
@@ -91,36 +89,21 @@ def test_straight_drive_is_exact_at_any_rate(angle, speed, begin):
 
 def test_yaw_rate_goes_through_half_a_turn():
     for spin in [0.0, 2.5, -8.0]:
-        memory = FRESH
-        for k in range(100):
-            sample = PoseSample(k * PERIOD, np.zeros(2), math.remainder(3.0 + spin * k * PERIOD, math.tau))
-            result, memory = filter_pose(memory, sample, sample.stamp, SETTINGS)
-            assert result.state is None or result.yaw_rate == pytest.approx(spin, abs=1e-9), spin
-        assert result.state is not None, spin
+        yaws = [math.remainder(3.0 + spin * k * PERIOD, math.tau) for k in range(100)]
+        results, _ = fed(PoseSample(k * PERIOD, np.zeros(2), yaw) for k, yaw in enumerate(yaws))
+        assert results[-1].state is not None, spin
+        assert all(r.state is None or r.yaw_rate == pytest.approx(spin, abs=1e-9) for r in results), spin
 
 
 def test_deviations_are_those_of_noise():
     config = SETTINGS.with_values({"mocap.yaw_noise": 0.01, "robot.max_acceleration": 0.1})
-    rng, memory, found = np.random.default_rng(3), FRESH, []
-    for k in range(4000 if COMPILED else 300):
-        sample = PoseSample(k * PERIOD, rng.normal(0.0, 0.002, 2), rng.normal(0.0, 0.01))
-        result, memory = filter_pose(memory, sample, sample.stamp, config)
-        found += [] if result.state is None else [(*result.state.velocity, result.yaw_rate)]
-    said = result.deviations
+    rng, n = np.random.default_rng(3), 4000 if COMPILED else 300
+    poses = (PoseSample(k * PERIOD, rng.normal(0.0, 0.002, 2), rng.normal(0.0, 0.01)) for k in range(n))
+    results, _ = fed(poses, config=config)
+    found = [(*result.state.velocity, result.yaw_rate) for result in results if result.state is not None]
+    said = results[-1].deviations
     assert (said.position, said.yaw) == (0.002, 0.01)
     np.testing.assert_allclose(np.std(found, axis=0), [said.velocity, said.velocity, said.yaw_rate], rtol=0.1)
-
-
-def test_silence_begins_the_window_anew():
-    results, memory = feed(line(20, (1.0, 0.0)))
-    late = line(10, (0.0, 0.5), (0.4, 0.0))
-    results, _ = feed(late, memory, begin=0.6)
-    assert [r.state is None for r in results] == [True] * 6 + [False] * 4
-    assert not any(r.refused for r in results)
-    np.testing.assert_allclose(results[-1].state.velocity, [0.0, 0.5], atol=1e-9)
-
-
-# ---- hits
 
 
 def test_no_false_hit_in_hard_driving():
@@ -133,7 +116,6 @@ def test_no_false_hit_in_hard_driving():
 
 
 def test_what_a_robot_has_shown_is_no_hit_and_its_hits_are():
-    """One that starts and brakes at 4 m/s^2 where 1.5 was told, at 50 Hz."""
     time = 0.02 * np.arange(1000)
     speed = np.interp(time % 4.0, (0.0, 0.3, 1.5, 1.8, 4.0), (0.0, 1.2, 1.2, 0.0, 0.0))
     along = 0.02 * np.cumsum(np.where(time % 8.0 < 4.0, speed, -speed))
@@ -191,9 +173,6 @@ def test_a_hit_that_is_found_in_two_parts_is_told_once_and_two_walls_soon_after_
         np.testing.assert_allclose(results[42].state.velocity, parts[-1][0], atol=0.05)
 
 
-# ---- refusals
-
-
 @given(leap=st.floats(0.35, 5.0), speed=st.floats(0.0, 0.2))
 def test_a_leap_does_not_become_motion_by_lasting(leap, speed):
     """By 0.5 m is in reach 0.31 s later."""
@@ -233,7 +212,6 @@ def test_a_clock_that_is_set_back_while_the_robot_drives_and_brakes_carries_nobo
 
 
 def test_poses_that_do_not_agree_or_are_interrupted_are_no_relocation():
-    """0.3 s elsewhere, silence, 0.3 s elsewhere: never 0.5 s in agreement."""
     _, memory = feed(line(20, (1.0, 0.0)))
     wild = np.random.default_rng(2).uniform(-5.0, 5.0, (150, 2)) + 10.0
     assert all(r.refused for r in feed(wild, memory, begin=0.2)[0])
@@ -253,15 +231,6 @@ def test_what_the_robot_can_reach_is_no_leap(gap, share):
     assert results[0].refused == "leap"
     ahead = PoseSample(1000.0, np.array([2.0, 0.0]), 0.0)  # by its stamp alone
     assert filter_pose(memory, ahead, 0.2, SETTINGS)[0].refused == "leap"
-
-
-def test_stamp_that_does_not_rise_is_refused():
-    for stamp in [0.19, 0.1, -7.0]:
-        _, memory = feed(line(20, (0.0, 0.0)))
-        results, memory = feed([(0.0, 0.0)], memory, begin=stamp)
-        assert results[0].refused == "stamp", stamp
-        results, _ = feed([(0.0, 0.0)], memory, begin=0.2)
-        assert results[0].refused == "", stamp
 
 
 def test_not_finite_is_refused_without_a_trace():
@@ -285,7 +254,6 @@ def test_fields_of_a_pose_and_those_that_are_none():
     assert check_pose_fields(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.01).yaw == 0.0
     for reason, stamp, position, quaternion in [
         ("not_finite", math.nan, GOOD[1], GOOD[2]),
-        ("not_finite", 1.0, (0.0, 0.0, math.nan), GOOD[2]),
         ("not_finite", 1.0, GOOD[1], (0.0, 0.0, math.nan, 1.0)),
         ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 1.02)),
     ]:
@@ -299,13 +267,11 @@ SPEED = 0.6
 
 def feed_tilted(poses, memory=FRESH, begin=0, config=SETTINGS):
     """A result for each (yaw, height, tilt), 10 ms apart on the way along x, and the memory after the last."""
-    results = []
-    for k, (yaw, height, tilt) in enumerate(poses, begin):
-        stamp = PERIOD * k
-        sample = PoseSample(stamp, np.array([SPEED * stamp, 0.0]), math.remainder(yaw, math.tau), height, tilt)
-        result, memory = filter_pose(memory, sample, stamp, config)
-        results.append(result)
-    return results, memory
+    samples = (
+        PoseSample(PERIOD * k, np.array([SPEED * PERIOD * k, 0.0]), math.remainder(yaw, math.tau), height, tilt)
+        for k, (yaw, height, tilt) in enumerate(poses, begin)
+    )
+    return fed(samples, memory, config)
 
 
 def upright(n, yaw=0.0, height=0.1):
@@ -337,12 +303,6 @@ def test_a_smaller_leap_is_refused_until_the_robot_can_have_turned_so_far(angle)
     assert all(taken[first:])
 
 
-def test_a_rolling_rim_spins_no_faster_and_no_quarter_turn_is_motion_in_a_silence_that_is_driven_through():
-    robot, mocap = SETTINGS.robot, SETTINGS.mocap
-    assert (1.0 - robot.inertia_factor) * robot.max_speed / robot.radius < mocap.max_spin
-    assert mocap.max_spin * SETTINGS.limits.pose_age + mocap.yaw_margin < math.pi / 2
-
-
 def test_turned_while_it_was_off_the_floor_or_unseen_is_a_relocation():
     for fault, reason in [(None, ""), ((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height")]:
         _, memory = feed_tilted(upright(30))
@@ -354,26 +314,6 @@ def test_turned_while_it_was_off_the_floor_or_unseen_is_a_relocation():
         assert [k for k, result in enumerate(results) if result.relocated] == [50], (fault, reason)
         assert results[50].kidnapped, (fault, reason)
         assert refusals(results[50:]) == {""}, (fault, reason)
-
-
-def test_a_flip_after_a_bump_that_tips_it_for_a_moment_or_a_short_occlusion_is_none():
-    for bump in ([(0.0, 0.1, 0.5)] * 20, []):
-        _, memory = feed_tilted(upright(30))
-        _, memory = feed_tilted(bump, memory, 30)
-        results, _ = feed_tilted(upright(300, yaw=math.pi), memory, 55)
-        assert refusals(results) == {"yaw"}, bump
-
-
-@given(leap=st.floats(0.3, 5.0), turn=st.floats(1.6, math.pi))
-def test_carried_and_turned_is_a_relocation_however_near(leap, turn):
-    _, memory = feed_tilted(upright(30))
-    results = []
-    for k in range(30, 100):
-        sample = PoseSample(PERIOD * k, np.array([SPEED * PERIOD * 29 + leap, 0.0]), turn, 0.1)
-        result, memory = filter_pose(memory, sample, PERIOD * k, SETTINGS)
-        results.append(result)
-    assert [k for k, result in enumerate(results) if result.kidnapped] == [50]
-    assert results[-1].state is not None
 
 
 def test_single_tipped_poses_are_left_out_and_stop_nobody():
@@ -398,12 +338,6 @@ def test_a_floor_tilted_against_the_axes_is_one_and_a_lift_on_it_is_found(tilt, 
         assert not result.refused, (x, y)
     lifted = PoseSample(8.0, np.array([x, y]), 0.0, height + 0.08)
     assert filter_pose(memory, lifted, 8.0, SETTINGS)[0].refused == "height"
-
-
-@given(height=st.floats(-3.0, 3.0), wobble=st.floats(-0.049, 0.049), tilt=st.floats(0.0, 0.26))
-def test_within_the_limits_nothing_is_refused(height, wobble, tilt):
-    results, _ = feed_tilted([(0.0, height + wobble * (k % 2), tilt) for k in range(30)])
-    assert refusals(results) == {""}
 
 
 @given(yaw=st.floats(-math.pi, math.pi), tilt=st.floats(0.0, math.pi), around=st.floats(-math.pi, math.pi))
@@ -451,9 +385,6 @@ def test_clock_set_back_begins_anew():
         assert kept.at(1.45) is None, stamp
 
 
-# ---- stamps that are wrong
-
-
 def bursts(n):
     """Times at which each of 3,000 poses, 100 a second, is received where n come at once."""
     k = np.arange(3000)
@@ -461,7 +392,6 @@ def bursts(n):
 
 
 def stalls(duration):
-    """Times of receipt where a link stalls for a time [s] each half second, and then delivers all at once."""
     times = PERIOD * np.arange(3000)
     since = times % 0.5
     waits = np.where(since < duration, times - since + duration, times)
@@ -469,7 +399,6 @@ def stalls(duration):
 
 
 def uneven():
-    """Times of receipt in batches of random size: a third of the intervals below a millisecond, a tenth above 50 ms."""
     rng = np.random.default_rng(4)
     batches = rng.choice([1, 2, 3, 4, 5, 9], 3000)
     ends = np.repeat(np.cumsum(batches), batches)[:3000]
@@ -530,36 +459,19 @@ def test_a_hit_is_found_in_bursts_too_once_and_where_it_was(n, rate):
 
 
 def test_a_value_sent_again_before_the_next_is_measured_is_no_stop():
-    """A driver at 20 Hz that measures each third time; then the robot stands, which equal values show too."""
-    config, memory, results = SETTINGS.with_values({"limits.pose_age": 0.3}), FRESH, []
-    for k in range(300):
-        point = np.array([0.3 * 0.05 * min(3 * (k // 3), 200), 0.0])
-        result, memory = filter_pose(memory, PoseSample(0.05 * k, point, 0.0), 0.05 * k, config)
-        results.append(result)
+    points = [(0.3 * 0.05 * min(3 * (k // 3), 200), 0.0) for k in range(300)]
+    results, _ = feed(points, config=SETTINGS.with_values({"limits.pose_age": 0.3}), period=0.05)
     assert not any(result.impact or result.refused for result in results)
     speeds = [np.hypot(*result.state.velocity) for result in results[20:200] if result.state is not None]
     np.testing.assert_allclose(speeds, 0.3, atol=1e-6)
     assert all(np.hypot(*result.state.velocity) < 1e-6 for result in results[230:])
 
 
-def test_even_stamps_follow_a_clock_and_begin_anew_after_a_silence():
-    stamps, stamp = [], math.nan
-    for k in range(1000):
-        stamp = even_stamp(stamp, 1.003 * PERIOD * k, PERIOD)
-        stamps.append(stamp)
-    assert np.diff(stamps).min() > 0.9 * PERIOD
-    assert stamps[-1] == pytest.approx(1.003 * PERIOD * 999, abs=PERIOD)
-    assert even_stamp(stamp, stamp + 3.0, PERIOD) == stamp + 3.0
-    assert even_stamp(stamp, stamp - 3.0, PERIOD) == stamp - 3.0
-
-
 NOT_WALLS = {
     "clock twice as fast": lambda t: np.column_stack([np.where(t < 1.0, 0.4 * t, 0.4 + 0.2 * (t - 1.0)), 0.0 * t]),
-    "clock half as fast": lambda t: np.column_stack([np.where(t < 1.0, 0.4 * t, 0.4 + 0.8 * (t - 1.0)), 0.0 * t]),
     "origin set anew by 4 cm": lambda t: np.column_stack([0.3 * t + 0.04 * (t > 1.0), 0.04 * (t > 1.0)]),
     "another body for a moment": lambda t: np.column_stack([0.3 * t, 0.045 * ((t > 1.0) & (t < 1.3))]),
     "noise of 8 mm": lambda t: np.random.default_rng(2).normal(0.0, 0.008, (len(t), 2)),
-    "noise of 20 mm": lambda t: np.random.default_rng(3).normal(0.0, 0.02, (len(t), 2)),
     "steps of 5 mm": lambda t: np.round(np.column_stack([0.4 * t, 0.1 * t]) / 0.005) * 0.005,
     "an outlier a second": lambda t: np.column_stack([0.3 * t, 0.04 * (np.arange(len(t)) % 100 == 50)]),
 }
@@ -573,7 +485,6 @@ def test_what_something_else_explains_is_no_impact(name):
 
 
 def test_a_speed_that_cannot_be_is_refused_and_trusted_again_after_a_time():
-    """5 m/s within the leap margin: 4 mm every 0.8 ms."""
     _, memory = feed(line(20, (0.5, 0.0)))
     fast = np.array([[0.1 + 0.004 * k, 0.0] for k in range(100)])
     results, memory = feed(fast, memory, begin=0.2, period=0.0008)
@@ -585,18 +496,12 @@ def test_a_speed_that_cannot_be_is_refused_and_trusted_again_after_a_time():
     assert all(believed[60:])
 
 
-# ---- why a pose was refused
-
-
 WHY = (
     (PoseSample(0.0, np.zeros(2), 0.0), ("0.000 s is not later than the last, 0.190 s", "receiver stamp")),
-    (PoseSample(-5.0, np.zeros(2), 0.0), ("-5.000 s", "later than the last, 0.190 s")),
     (PoseSample(0.2, np.array([10.19, 0.0]), 0.0), ("10.00 m within 0.010 s", "max_speed 1.2", "mocap.units (m)")),
     (PoseSample(0.3, np.array([0.19, 0.0]), 0.0, tilt=1.57), ("tilted by 1.57 rad", "mocap.max_tilt", "mocap.axes")),
     (PoseSample(0.2, np.array([0.19, 0.0]), 0.0, height=0.4), ("0.400 m off", "mocap.max_lift", "mocap.axes")),
-    (PoseSample(0.2, np.array([0.19, 0.0]), 0.0, height=-80.0), ("-80.000 m off", "0.05", "mocap.units")),
     (PoseSample(0.2, np.array([0.19, 0.0]), 3.0), ("turned by 172 degrees within 0.010 s", "mocap.max_spin 9")),
-    (PoseSample(0.2, np.array([math.nan, 0.0]), 0.0), ("nan", "finite")),
 )
 
 

@@ -42,13 +42,11 @@ def test_pages_and_examples_import_public_names_alone():
 
 
 def is_package(path: str) -> bool:
-    """Returns whether a file is the `__init__.py` of a package in src."""
     parts = path.split("/")
     return parts[0] == "src" and len(parts) == 4 and parts[1] == parts[2] and parts[3] == "__init__.py"
 
 
 def imported(source: str) -> set[tuple[str, str]]:
-    """Modules of ours that Python source imports from, each with a name."""
     nodes = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
     named = {(str(node.module), alias.name) for node in nodes for alias in node.names}
     return {(module, name) for module, name in named if f"src/{module.split('.')[0]}/setup.py" in SOURCES}

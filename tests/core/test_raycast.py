@@ -38,7 +38,6 @@ def shapely_blocked(world: World, position: np.ndarray) -> bool:
 
 
 def shapely_range(world: World, position: np.ndarray, angle: float) -> float:
-    """Range of a beam by shapely's intersections; circles by their distance to the beam's line."""
     direction = np.array([np.cos(angle), np.sin(angle)])
     origin, beam = shapely.Point(position), shapely.LineString([position, position + FAR * direction])
     rings = [shapely.LinearRing(corners) for corners in world.polygons]

@@ -67,7 +67,6 @@ class Stuck:
 
 
 def ahead(local_map) -> float:
-    """How far along x the disc can go by a map [m]."""
     reach = local_map.border_points - local_map.position
     return local_map.position[0] + reach[(np.abs(reach[:, 1]) < 0.02) & (reach[:, 0] > 0.0), 0].min()
 
@@ -95,16 +94,6 @@ def test_after_so_many_tries_the_goal_is_given_up_with_the_reason():
         assert len(robot.warnings) == tries, tries
         assert statuses(robot.decisions)[-1] == ABORTED, tries
         assert all(part in robot.loop.trouble for part in ("stuck", f"{tries} tries of planner.recovery_tries")), tries
-
-
-def test_a_new_goal_begins_anew():
-    robot = Stuck()
-    robot.stays(1.0)
-    robot.loop.take_goal(IDENTITY[::-1], ASIDE, robot.now)
-    robot.decisions.clear()
-    while len(robot.warnings) < TRIES and robot.loop.goal.active:
-        robot.stays(0.1)
-    assert robot.loop.goal.active
 
 
 def test_a_goal_that_is_given_again_and_again_gets_no_more_tries():
@@ -233,32 +222,12 @@ def test_commanded_and_not_moving_is_noticed_within_a_second(speed, rate, seed):
     assert WINDOW <= noticed[0] < 1.0
 
 
-@given(speed=st.floats(0.0, COMMANDED - 1e-6), duration=st.floats(0.0, 3.0))
-def test_without_a_command_nobody_is_stuck(speed, duration):
-    assert why_stuck(standing(duration), commanded(speed, duration), ACCELERATION) == ""
-    assert why_stuck(standing(duration), np.zeros((0, 3)), ACCELERATION) == ""
-    assert why_stuck(np.zeros((0, 3)), commanded(1.0, duration), ACCELERATION) == ""
-
-
 @given(slow=st.sets(st.integers(7, 19), max_size=8), speed=st.floats(0.0, COMMANDED - 1e-6))
 def test_slow_commands_count_as_a_pause_where_they_last_longer_than_that(slow, speed):
     commands = commanded(1.0, 1.0)
     commands[list(slow), 1] = speed
     reason = why_stuck(standing(1.0), commands, ACCELERATION)
     assert bool(reason) == (len(slow) * 0.05 < PAUSE)
-
-
-@given(angle=st.floats(-np.pi, np.pi), speed=st.floats(COMMANDED, 1.2))
-def test_commands_to_and_fro_lead_nowhere(angle, speed):
-    to_and_fro = commanded(speed, 1.0)
-    # the window holds seven of each and one that lasts no time
-    to_and_fro[-8:, 1] = -speed
-    to_and_fro[:, 1:] = to_and_fro[:, 1:] @ rotation(angle).T
-    poses = standing(1.0)
-    poses[:, 1] += 0.01 * np.sin(2.0 * np.pi * poses[:, 0] / 0.35)
-    assert why_stuck(poses, to_and_fro, ACCELERATION) == ""
-    still = np.column_stack([poses[:, 0], np.zeros((len(poses), 2))])
-    assert why_stuck(still, to_and_fro, ACCELERATION) == ""
 
 
 @given(speed=st.floats(COMMANDED, 1.2), begin=st.floats(0.0, 1.5), slow=st.floats(0.0, PAUSE), seed=seeds)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.sensed_scans import SensedScans
-from collplan_core.parameters import ParameterError, ScanInput, Settings
+from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.scan_filters import is_masked, upside_down, used_scan, without_speckles
 from scenes import at_rest
@@ -25,16 +25,11 @@ def scan(ranges, angle_min=0.0, increment=TURN / 360, range_min=0.02, range_max=
 def test_a_scan_that_cannot_be_used_is_an_error_that_says_why():
     for change, words in [
         ({"ranges": [1.0]}, "2 beams"),
-        ({"ranges": np.ones((2, 2))}, "shape"),
         ({"ranges": np.full(360, np.nan)}, "360 are"),
         ({"ranges": [1.0, -0.5]}, "-0.5"),
-        ({"increment": 0.0}, "step other than 0"),
-        ({"angle_min": np.inf}, "inf"),
         ({"stamp": np.nan}, "finite"),
         ({"increment": -TURN / 300}, "full turn"),
         ({"range_min": -0.1}, "range_min -0.1"),
-        ({"range_min": 5.0}, "range_min < range_max"),
-        ({"range_max": np.nan}, "range_max nan"),
     ]:
         with pytest.raises(ScanError, match=words):
             scan(**{"ranges": np.ones(360), **change})
@@ -137,9 +132,3 @@ def test_turned_over_twice_it_is_as_it_was(values):
     again = upside_down(over)
     assert (again.angle_min, again.angle_increment) == (scan.angle_min, scan.angle_increment)
     assert used_scan(scan, ScanInput(mirrored=True)).angle_increment == over.angle_increment
-
-
-def test_bad_values_are_named():
-    for values, complaint in [({"masked_angles": (1.0, 2.0, 3.0)}, "expected pairs"), ({"median": 4}, "odd number")]:
-        with pytest.raises(ParameterError, match=complaint):
-            ScanInput(**values)

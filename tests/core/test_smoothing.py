@@ -50,7 +50,6 @@ velocities = st.tuples(st.floats(0.2, SPEED), angles).map(lambda v: v[0] * unit(
 
 
 def slopes(function, place) -> np.ndarray:
-    """Derivatives of a function of (2,) by central differences; along the last axis."""
     return np.stack([(function(place + d) - function(place - d)) / (2 * STEP) for d in STEP * np.eye(2)], axis=-1)
 
 
@@ -87,7 +86,6 @@ def test_derivatives_are_those_of_differences(v, bearing, e, mu, share):
 
 
 def plan_in(problem: Problem, state, commands) -> FullPlan:
-    """Commands from a state, and on to the goal."""
     return extended(problem, motion_in(problem, state), padded(np.array(commands, dtype=float), 160), len(commands))
 
 
@@ -156,7 +154,6 @@ def test_the_cost_falls_and_limits_hold(problem, state, commands):
 
 
 def test_by_hand_straight_across_an_open_floor():
-    """From rest: at the limit of acceleration, then of speed, to the edge of the goal."""
     plan = plan_in(OPEN, (-1.0, 0.0, 0.0, 0.0), np.tile((0.5, 0.5), (20, 1)))
     after, lag = smooth_knots(OPEN, knots_in(OPEN, plan)), SETTINGS.robot.velocity_lag + MORE_LAG
     distance, a, v = 2.0 - OPEN.constants.goal.tolerance, ACCELERATION_SHARE * ACCELERATION, SPEED

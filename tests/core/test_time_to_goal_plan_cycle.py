@@ -8,28 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.deadline import CountedDeadline, after_looks, never
-from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.movers.record import ALL_STANDS, NEW
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan
-from collplan_core.planners import local_mapping_of, map_period_of
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.time_to_goal_planner import model
 from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
-from collplan_core.time_to_goal_planner.full_plan import roll
 from collplan_core.time_to_goal_planner.initial_plans import SWITCH_STEPS, coarse_plans
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
-from collplan_core.time_to_goal_planner.plan_cycle import (
-    SMOOTHED,
-    RolloutMemory,
-    plan_cycle,
-)
-from collplan_core.worlds.raycast import simulate_scan
-from loop_scenes import IDENTITY, cycles
+from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory, plan_cycle
 from scenes import box, map_of, unit, world_of
-from time_to_goal_scenes import RADIUS, SETTINGS, motion_in, with_strategy
+from time_to_goal_scenes import RADIUS, SETTINGS, with_strategy
 
 FEW = settings(derandomize=True, deadline=None, max_examples=6, print_blob=True)
 STRATEGIES = sorted(TIME_TO_GOAL)
@@ -55,17 +46,8 @@ def state_at(position=(0.0, 0.0), velocity=(0.0, 0.0), stamp: float = 0.0) -> St
     return State(stamp, np.array(position, dtype=float), np.array(velocity, dtype=float), 0.0)
 
 
-def cycle(
-    memory,
-    world,
-    state: State,
-    goal=AROUND,
-    setting: Settings | None = None,
-    scanned: float | None = None,
-    deadline=never,
-):
-    """A plan from a scan at the state's place, as old as the state if nothing else is said."""
-    local_map = replace(map_of(world, state.position), stamp=state.stamp if scanned is None else scanned)
+def cycle(memory, world, state: State, goal=AROUND, setting: Settings | None = None, deadline=never):
+    local_map = replace(map_of(world, state.position), stamp=state.stamp)
     return plan_cycle(memory, local_map, state, np.array(goal, dtype=float), setting or cheap(), deadline)
 
 
@@ -94,7 +76,6 @@ def assert_equal(one, other) -> None:
 
 
 def driven_on(world, setting: Settings, goal=AROUND, cycles: int = 5, velocity=(0.0, 0.0)):
-    """Cycles of a robot that does exactly what was planned: the plans and the last memory."""
     memory, state, plans = None, state_at(velocity=velocity), []
     for k in range(cycles):
         plan, memory = cycle(memory, world, state, goal, setting)
@@ -136,7 +117,6 @@ EVEN = {
 
 
 def test_strategies_differ_in_nothing_but_what_contacts_do_and_cost(monkeypatch):
-    """And where all of it is even, they plan alike."""
     monkeypatch.setattr(model, "AVERSE_COSTS", (0.0, 0.4))
     monkeypatch.setattr(model, "INFERRED_COST", 0.4)
     bounce, avoid = cheap("bounce", **EVEN), cheap("avoid", **EVEN)
@@ -190,15 +170,6 @@ def test_what_was_seen_just_now_is_bounced_off_in_time_but_not_at_once():
     assert late.terms["total"] < never.terms["total"] - 0.1
 
 
-def test_the_first_plan_of_a_loop_turns_at_a_wall_that_has_not_stood_yet():
-    loop, state = PlannerLoop(with_strategy("bounce"), lambda settings: never), state_at(stamp=1.0)
-    loop.take_goal(IDENTITY, AROUND, 1.0)
-    loop.take_pose(state, 1.0)
-    loop.take_scan(simulate_scan(TURN, state, SETTINGS.lidar), 1.0)
-    (first,) = cycles(loop.cycle(1.01))
-    assert len(first.plan.contacts.times) > 0
-
-
 def test_no_contact_above_the_limit_is_planned():
     for strategy in STRATEGIES:
         plans, _ = driven_on(TURN, cheap(strategy, limits__impact_speed=0.2), cycles=8, velocity=(0.6, 0.0))
@@ -207,16 +178,6 @@ def test_no_contact_above_the_limit_is_planned():
             assert plan.contacts.hardest <= 0.2, strategy
     unlimited, _ = driven_on(TURN, with_strategy("bounce"), cycles=4, velocity=(0.6, 0.0))
     assert max(plan.contacts.hardest for plan in unlimited) > 0.2
-
-
-def test_where_a_contact_above_the_limit_cannot_be_avoided_the_least_is_taken():
-    """5 cm before a wall at full speed: braking with all it has, it hits at 1.14 m/s."""
-    for strategy in ["bounce", "tolerate", "avoid"]:
-        world, state = world_of([box(0.05 + RADIUS, -2.0, 0.6, 2.0)]), state_at(velocity=(1.2, 0.0))
-        hard, _ = cycle(None, world, state, (-0.6, 0.0), cheap(strategy, limits__impact_speed=0.3))
-        braked = np.sqrt(1.2**2 - 2.0 * SETTINGS.robot.max_acceleration * 0.05)
-        assert hard.contacts.hardest == pytest.approx(braked, abs=STEP_CHANGE), strategy
-        assert hard.terms["total"] > 100.0, strategy
 
 
 def test_a_goal_that_closes_off_on_the_way_is_said_to_be_and_opens_again():
@@ -240,27 +201,6 @@ def test_the_deadline_is_asked_between_changes_and_the_best_so_far_is_kept():
     assert totals == sorted(totals, reverse=True)
     assert totals[0] > totals[3] > totals[-1]
     assert_equal(cut(6), cut(6))
-
-
-def test_a_smooth_plan_is_kept_only_where_it_is_cheaper(monkeypatch):
-    costs = []
-
-    def at_rest(problem, plan):
-        costs.append(plan.cost)
-        return roll(problem, motion_in(problem, plan.states[0]), np.zeros_like(plan.commands), len(plan.commands))
-
-    monkeypatch.setattr(plan_cycle_module, "smoothed", at_rest)
-    plan, _ = cycle(None, TURN, state_at())
-    assert 2 <= len(costs) <= 1 + SMOOTHED
-    assert plan.terms["total"] <= min(costs)
-
-
-def test_the_strategies_own_map_reaches_farther_and_comes_sooner_than_the_paper_s():
-    assert [local_mapping_of(with_strategy(name)).half_side for name in STRATEGIES] == [1.2] * 4
-    assert local_mapping_of(with_strategy("harness")) == SETTINGS.local_map
-    assert [map_period_of(with_strategy(name).planner) for name in STRATEGIES] == [0.05] * 4
-    assert map_period_of(with_strategy("harness").planner) == 0.2
-    assert map_period_of(with_strategy("bounce", planner__map_period=0.1).planner) == 0.1
 
 
 jumps = st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2))
@@ -298,23 +238,6 @@ def test_a_flood_of_replans_at_one_stamp_only_gets_better():
     _, again = cycle(memory, TURN, state_at())
     assert again.remembered is memory.remembered
     assert again.paths is memory.paths
-
-
-def test_a_scan_older_than_the_last_one_teaches_nothing():
-    _, memory = cycle(None, TURN, state_at(stamp=1.0))
-    _, later = cycle(memory, OPEN, state_at(stamp=1.05), scanned=0.9)
-    assert later.remembered is memory.remembered
-
-
-def test_a_robot_measured_a_little_inside_a_wall_gets_out_of_it():
-    """Noise of the poses, or a wall that moved: known before, so that the scan need not be possible."""
-    world = world_of([box(0.3, -2.0, 0.6, 2.0)])
-    for strategy, deep in zip(STRATEGIES, (0.001, 0.01, 0.04, 0.04), strict=True):
-        _, memory = cycle(None, world, state_at(), (-0.6, 0.0), cheap(strategy))
-        inside = state_at((0.3 - RADIUS + deep, 0.0), (0.3, 0.1), 0.05)
-        plan, _ = cycle(memory, world, inside, (-0.6, 0.0), cheap(strategy), scanned=0.0)
-        assert_sound(plan, inside)
-        assert (plan.positions[2:, 0] <= 0.3 - RADIUS + 2e-3).all(), strategy
 
 
 def test_without_any_plan_that_leads_on_it_begins_with_one_that_brakes(monkeypatch):

@@ -7,31 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collplan_core.control.follow import INTEGRAL_LIMIT, K_I, clip_command, hold_heading, pid, saturate, to_body
+from collplan_core.control.follow import INTEGRAL_LIMIT, K_I, clip_command, hold_heading, pid
 from collplan_core.control.reference import found_reference, sample_reference
 from collplan_core.parameters import Control, Limits, Robot
 from collplan_core.velocity_bounds import velocity_bounds
-from scenes import rotation, unit
+from scenes import unit
 
 CONTROL, ROBOT, LIMITS = Control(), Robot(), Limits()
 BOUNDS = velocity_bounds(ROBOT)
 ZERO = np.zeros(2)
-vectors = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).map(np.array)
 angles = st.floats(-20.0, 20.0)
-
-
-@given(v=vectors, limit=st.floats(0.01, 3.0))
-def test_saturation_keeps_the_direction(v, limit):
-    out = saturate(v, limit)
-    assert np.hypot(*out) <= limit * (1 + 1e-12)
-    assert out @ v == pytest.approx(np.hypot(*out) * np.hypot(*v), abs=1e-9)
-    if np.hypot(*v) <= limit:
-        np.testing.assert_array_equal(out, v)
-
-
-@given(v=vectors, yaw=angles)
-def test_the_body_frame_is_turned_by_the_yaw(v, yaw):
-    np.testing.assert_allclose(rotation(yaw) @ to_body(v, yaw), v, atol=1e-12)
 
 
 @given(yaw=angles, held=angles)

@@ -36,27 +36,12 @@ def edges_of(scan, state=START):
     return unseen_edges(shown.view, shown.view_from, shown.view_beams, shown.walls, scan.range_max)
 
 
-def without(scan, of, to):
-    """The scan with beams that measured nothing."""
-    ranges = scan.ranges.copy()
-    ranges[of:to] = np.nan
-    return replace(scan, ranges=ranges)
-
-
 def test_a_closed_room_has_none_and_behind_a_box_there_are_two():
     assert len(edges_of(scan_in(ROOM))) == 0
     edges = edges_of(scan_in(BOX))
     assert len(edges) == 2
     np.testing.assert_allclose(np.sort(edges[:, [0, 2]], axis=1), [(0.8, 2.0)] * 2, atol=0.01)
     np.testing.assert_allclose(np.abs(edges[:, [1, 3]]).min(axis=1), (0.2, 0.2), atol=0.01)
-
-
-def test_few_lost_beams_hide_nothing_and_many_hide_what_begins_at_the_sensor():
-    scan = scan_in(ROOM)
-    assert len(edges_of(without(scan, 90, 93))) == 0
-    edges = edges_of(without(scan, 90, 130))
-    assert len(edges) == 2
-    np.testing.assert_allclose(edges[:, :2], 0.0, atol=1e-9)
 
 
 def test_beyond_the_farthest_range_and_beside_the_field_of_view_something_may_come_from():
@@ -87,9 +72,6 @@ def test_who_comes_into_view_crosses_an_edge(family):
                 assert way.distance(edges) < 0.5 * NARROW, (world.name, start, end)
                 crossings += 1
     assert crossings > 20
-
-
-# ---- what no accepted scan has had in view
 
 
 HALL = parse_world({"name": "hall", "bounds": [-3.0, -3.0, 30.0, 3.0]}, "hall")

@@ -13,7 +13,6 @@ from collplan_core.paper_planner import plan_cycle as paper
 from collplan_core.paper_planner import trajectory
 from collplan_core.parameters import Limits, Robot, Settings
 from collplan_core.plan import timed_path
-from collplan_core.sensing.pose_filter import FRESH, SPEED, PoseSample, filter_pose
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner import plan_cycle as time_to_goal
 from collplan_core.time_to_goal_planner.arrival import straight_time
@@ -148,15 +147,3 @@ def test_what_counts_as_too_fast_grows_with_the_box():
     gap = 0.1
     after = State(gap, np.full(2, 1.45 * V_MAX * gap), np.zeros(2), 0.0)
     assert [is_relocated(at_rest(), after, robot, limits, 0.0) for robot in (DISC, BOX)] == [True, False]
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_poses_along_the_diagonal_at_full_speed_are_those_of_a_box_alone(shape):
-    memory, result = FRESH, None
-    for k in range(20):
-        sample = PoseSample(0.01 * k, np.full(2, V_MAX * 0.01 * k), 0.0)
-        result, memory = filter_pose(memory, sample, sample.stamp, SHAPES[shape])
-    if shape == "disc":
-        assert result.refused == SPEED
-    else:
-        assert result.state.velocity == pytest.approx([V_MAX, V_MAX], rel=1e-6)

@@ -44,9 +44,6 @@ def spread(scan: Scan, exact: Scan) -> float:
     return float(np.quantile(np.abs(scan.ranges[hits] - exact.ranges[hits]), 0.95))
 
 
-# ---- how noisy
-
-
 @given(world=rooms(), noise=NOISES, seed=SEEDS)
 def test_the_noise_is_found_from_the_scan(world, noise, seed):
     assert range_noise(with_noise(scan_of(world, at_rest()), noise, seed)) == pytest.approx(noise, rel=0.4)
@@ -57,9 +54,6 @@ def test_exact_walls_have_none_and_stay_to_the_last_bit(world):
     scan = scan_of(world, at_rest())
     assert range_noise(scan) < 1e-9
     assert straightened(scan) is scan
-
-
-# ---- what is left of it
 
 
 @given(world=rooms(), noise=NOISES, seed=SEEDS)
@@ -123,9 +117,6 @@ def test_a_hit_between_two_surfaces_counts_as_the_near_one(share, elsewhere):
         assert found[end + 1] == pytest.approx(exact[end], abs=0.045), seed
 
 
-# ---- what is never touched
-
-
 @st.composite
 def any_scan(draw) -> Scan:
     n = draw(st.integers(2, 800))
@@ -171,11 +162,3 @@ def test_neither_the_first_beam_nor_the_sense_of_turning_nor_a_last_beam_that_re
     again = rolled.ranges[0] + 0.5 * noise
     found = straightened(replace(rolled, ranges=np.append(rolled.ranges, again)))
     np.testing.assert_array_equal(found.ranges, np.append(turned.ranges, again))
-
-
-def test_too_few_hits_say_nothing():
-    ranges = np.full(360, np.inf)
-    ranges[:41] = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(41)
-    scan = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, ranges)
-    assert range_noise(scan) == 0.0
-    assert straightened(scan) is scan

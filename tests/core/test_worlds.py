@@ -13,16 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from collplan_core.worlds import (
-    Mover,
-    World,
-    WorldError,
-    arena_names,
-    check_route,
-    load_world,
-    save_world,
-    world_segments,
-)
+from collplan_core.worlds import Mover, World, WorldError, check_route, load_world, save_world, world_segments
 from collplan_core.worlds.families import FAMILIES
 from collplan_core.worlds.route import free_space
 from collplan_core.worlds.shapes import obstacle_at
@@ -56,20 +47,14 @@ def test_bad_values_are_refused_and_named():
     pentagram = regular_polygon(5, 0.0, 0.0, 0.0, 1.0)[[0, 2, 4, 1, 3]]
     polygons = (
         (pentagram, "crosses itself"),
-        ([[0, 0], [1, 0], [2, 0]], "crosses itself"),
         ([[0, 0], [1, 0]], "2 corners"),
         ([[0, 0], [1, 0], [1, 0], [0, 1]], "equal"),
         ([[0, 0], [1, float("nan")], [0, 1]], "got"),
-        ([[0, 0], [1], [0, 1]], "got"),
     )
     fields = (
         ({"circles": [[0, 0, 1], [0, 0, 0.0]]}, r"circles\[1\].radius: .*0"),
-        ({"circles": [[0, 0, np.inf]]}, r"circles\[0\]: got"),
-        ({"circles": [[0, 0]]}, "circles: got"),
         ({"bounds": (0, 0, 0, 1)}, "bounds: got.*x_min < x_max"),
-        ({"bounds": (0, 1, 1, 0)}, "bounds: got.*x_min < x_max"),
         ({"start": (3, 0.5)}, "start: .*outside"),
-        ({"goal": (0.5, -0.1)}, "goal: .*outside"),
         ({"goal": (0.5, np.nan)}, r"goal\[1\]: got"),
         ({"start": (0.7, 0.4), "polygons": [SQUARE]}, r"start: .*inside polygons\[0\]"),
         ({"goal": (1.5, 0.5), "circles": [[1.5, 0.4, 0.2]]}, r"goal: .*inside circles\[0\]"),
@@ -157,20 +142,10 @@ def test_a_disc_that_touches_has_room_and_a_tenth_of_a_millimetre_deeper_has_non
         check_route(world, start, goal, 0.0901)
 
 
-def test_the_shipped_arenas_are_named_and_have_routes():
-    for name in ("corridor", "floor", "l_corridor", "slalom"):
-        world = load_world(name)
-        assert name in arena_names()
-        assert (world.name, world.walled) == (name, True)
-        check_route(world, world.start, world.goal, 0.10)
-
-
 def test_a_name_that_means_nothing_is_refused():
     for spec, words in (
         ("coridor", "unknown.*random:SEED.*corridor"),
-        ("", "unknown"),
         ("random", "seed '', .*whole"),
-        ("random:-1", "seed '-1'"),
         ("random:²", "seed '²'"),
         ("nowhere/at/all.yaml", "nowhere/at/all.yaml: no"),
     ):
@@ -220,24 +195,16 @@ BOMB = "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range
 BAD = [
     ("bounds: [0, 0", "not YAML"),
     ("bounds: " + "[" * 3000, ".*too deep"),
-    ("", "got None, .*name, bounds"),
     ("start: [1, 1]", "bounds: missing, .*x_min"),
     (EMPTY + "wals: true", "wals: unknown.* walled"),
-    ("bounds: [0, 0, 1]", "bounds: got .*x_min"),
     ("bounds: [0, 0, 1, true]", "bounds: got"),
     (EMPTY + "walled: perhaps", "walled: got 'perhaps', .*true"),
     (EMPTY + "polygons: [7]", r"polygons\[0\]: got 7, .*corners"),
-    (EMPTY + "polygons: [[[0, 0], [1, 0], [0, x]]]", r"polygons\[0\]\[2\]: got .*\[x, y\]"),
     (EMPTY + "polygons: [[[0, 0], [1, 0], [0.2, 0.2], [0, 1]]]", r"polygons\[0\]: not convex"),
-    (EMPTY + "circles: [{center: [0, 0]}]", r"circles\[0\]: got .*{center"),
-    (EMPTY + "circles: [{center: [0], radius: 1}]", r"circles\[0\].center: got"),
     (EMPTY + "circles: [{center: [0, 0], radius: big}]", r"circles\[0\].radius: got 'big'"),
-    (EMPTY + "start: [0.5]", r"start: got .*\[x, y\]"),
     # as strictly as a parameter file
     (EMPTY + "circles: [{center: [1, 1], radius: 1, radius: 2}]", ".*line 2: radius"),
-    ("a: &a [*a]\n" + EMPTY, ".*alias"),
     ("a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1]\n" + BOMB + EMPTY, ".*by aliases"),
-    (EMPTY + "circles: [{center: [1, 1], radius: 1_0}]", r".*radius: got '1_0'"),
 ]
 
 
@@ -255,7 +222,6 @@ MAP = (
 
 
 def write_map(folder: Path, grey: np.ndarray, text: str = MAP, plain: bool = False) -> str:
-    """A map of grey values (h, w), the highest row first; its path."""
     head = f"{'P2' if plain else 'P5'}\n# a map\n{grey.shape[1]} {grey.shape[0]}\n255\n".encode()
     rows = b"\n".join(b" ".join(b"%d" % value for value in row) for row in grey)
     (folder / "map.pgm").write_bytes(head + (rows if plain else grey.astype(np.uint8).tobytes()))
@@ -287,14 +253,9 @@ def test_a_map_that_does_not_fit_is_refused_by_name(tmp_path):
         (("0.0]", "0.1]"), "origin: got yaw 0.1, expected 0"),
         (("resolution: 0.05", "resolution: 0"), "resolution: got 0"),
         (("[-1.0", "[.nan"), "origin: got x nan"),
-        (("2.0, 0.0", ".inf, 0.0"), "origin: got x -1, y inf"),
-        (("0.0]", ".nan]"), "origin: got yaw nan"),
         (("negate: 0\n", "negate: 0\nnegate: 1\n"), "line 5: negate: given in line 4"),
         (("0.65", "65"), "occupied_thresh: got 65"),
-        (("negate: 0", "negate: no way"), "negate: got"),
-        (("free_thresh: 0.25\n", ""), "free_thresh: missing"),
         (("negate: 0", "negate: 0\nmode: raw"), "mode: got 'raw', expected trinary or scale"),
-        (("map.pgm", "none.pgm"), "image: .*none.pgm"),
         (("map.pgm", "map.yaml"), "image: .*expected a PGM"),
         (("", ""), "image: got 4050 rectangles.*at most 4000"),
     ):
@@ -338,12 +299,6 @@ def test_a_transparent_pixel_is_refused_in_every_kind_of_image(tmp_path, kind):
     (tmp_path / "map.yaml").write_text(MAP.replace("map.pgm", "map.png"))
     with pytest.raises(WorldError, match=r"image: .*transparent"):
         load_world(tmp_path / "map.yaml")
-
-
-def test_circles_may_share_what_is_written_once(tmp_path):
-    circles = "circles: [&c {center: [1, 1], radius: 5e-2}, {<<: *c, radius: 1e-3}]\n"
-    (tmp_path / "world.yaml").write_text("bounds: [0, 0, 3, 2]\n" + circles)
-    assert load_world(tmp_path / "world.yaml").circles[:, 2].tolist() == [0.05, 0.001]
 
 
 def test_what_is_no_readable_text_file_is_refused_and_where_none_can_be_written_is_said(tmp_path):
@@ -396,7 +351,6 @@ def cores(world: World) -> list[tuple[shapely.Geometry, float]]:
 
 
 def gaps(world: World) -> list[float]:
-    """Distance between any two obstacles and from each to the walls; zero or less where they meet."""
     between = [a.distance(b) - ra - rb for (a, ra), (b, rb) in combinations(cores(world), 2)]
     walls = shapely.box(*world.bounds).exterior
     return between + [shape.distance(walls) - reach for shape, reach in cores(world)]

@@ -58,14 +58,12 @@ def faces_field(*faces, source: int = OBSERVED, **nodes) -> ClearanceField:
 
 
 def pillars_field(*pillars, **nodes) -> ClearanceField:
-    """Round pillars x, y, radius [m]."""
     places = nodes_around(**nodes)
     distances = [np.hypot(places[..., 0] - x, places[..., 1] - y) - radius - RADIUS for x, y, radius in pillars]
     return field_from(np.min(distances, axis=0), places)
 
 
 def walls_field(segments: np.ndarray, **nodes) -> ClearanceField:
-    """Thin walls: segments (n, 4)."""
     places = nodes_around(**nodes)
     distance = np.full(places.shape[:2], np.inf)
     for a, b in np.asarray(segments, dtype=float).reshape(-1, 2, 2):
@@ -75,20 +73,14 @@ def walls_field(segments: np.ndarray, **nodes) -> ClearanceField:
 
 
 def joined(*fields: ClearanceField) -> ClearanceField:
-    """All that is in either of some fields over the same nodes."""
     which = np.argmin([field.clearance for field in fields], axis=0)
     clearance = np.min([field.clearance for field in fields], axis=0)
     return replace(fields[0], clearance=clearance, source=np.choose(which, [field.source for field in fields]))
 
 
 def walls(*corners) -> np.ndarray:
-    """(n, 4) segments of a polyline."""
     points = np.array(corners, dtype=float)
     return np.hstack([points[:-1], points[1:]])
-
-
-def turned(segments: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    return (segments.reshape(-1, 2) @ matrix.T).reshape(-1, 4)
 
 
 def exact_lengths(segments: np.ndarray, goal: np.ndarray, positions: np.ndarray, radius: float = RADIUS) -> np.ndarray:
@@ -115,7 +107,6 @@ def toward(paths: ShortestPaths, position) -> tuple[float, float, float]:
 
 
 def path_length(paths: ShortestPaths, place) -> float:
-    """Length from a place, by the waypoint of the cell nearest to it [m]."""
     cell = np.round((np.asarray(place) - paths.origin) / paths.spacing).astype(int)
     number = paths.waypoint[tuple(np.clip(cell, 0, np.array(paths.waypoint.shape) - 1))]
     return float(np.hypot(*(paths.waypoints[number] - place)) + paths.remaining[number]) if number >= 0 else np.inf
@@ -129,7 +120,6 @@ def problem_over(field: ClearanceField, goal=(1.2, 0.0), strategy: str = "bounce
 
 
 def of_strategy(problem: Problem, strategy: str, stop_test: bool = False) -> Problem:
-    """The problem as another strategy has it."""
     settings = with_strategy(strategy)
     constants = problem.constants._replace(model=robot_model(settings), costs=contact_costs(settings))
     return problem._replace(constants=constants, stop_test=stop_test)

@@ -43,7 +43,6 @@ def launched(world: World, position, velocity, settings: Settings = QUIET, seed:
 
 
 def flight(sim: Simulator, duration: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (n,), positions (n, 2) and velocities (n, 2) after each step."""
     states = []
     while sim.time < duration - 1e-9:
         sim.step()
@@ -80,7 +79,6 @@ def rigid_disc(velocity, spin, normal, simulation=QUIET.simulator) -> tuple[np.n
 
 
 def energy(velocity, spin: float) -> float:
-    """Kinetic energy, spin included [J]."""
     return 0.5 * MASS * float(np.dot(velocity, velocity)) + 0.5 * MOMENT * spin**2
 
 

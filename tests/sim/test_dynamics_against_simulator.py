@@ -54,10 +54,7 @@ def rollout(world: World, velocity, commands) -> tuple[np.ndarray, np.ndarray]:
 
 
 def simulated(world: World, velocity, command_at, period: float) -> tuple[np.ndarray, list]:
-    """The true states t, x, y, vx, vy over a second, and the impacts; a new command every period [s].
-
-    Commands are in the world frame, as if the robot knew at any time how a hit has turned it.
-    """
+    """The true states t, x, y, vx, vy over a second, and the impacts; commands are in the world frame."""
     simulator = Simulator(world, SETTINGS, 0, start=ORIGIN)
     simulator.place(ORIGIN, np.array(velocity))
     steps = round(period * SETTINGS.simulator.physics_rate)
@@ -72,7 +69,6 @@ def simulated(world: World, velocity, command_at, period: float) -> tuple[np.nda
 
 
 def apart(rows: np.ndarray, truth: np.ndarray) -> float:
-    """Largest distance between a rollout and the truth at equal times [m]."""
     there = np.column_stack([np.interp(truth[:, 0], rows[:, 0], rows[:, a]) for a in (1, 2)])
     return float(np.hypot(*(truth[:, 1:3] - there).T).max())
 

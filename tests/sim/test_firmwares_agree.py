@@ -10,12 +10,13 @@ from damaged_frames import damaged
 from telemetry_example import TELEMETRY
 
 from collplan_core.parameters import Settings
-from collplan_core.worlds import parse_world
-from firmware_bench import CommandedSimulator
+from collplan_core.worlds import World, parse_world
 from omnipuck_driver.codec import Decoder, Encoder
+from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.messages import EXPIRED, NEVER, STALLED, Announce, CommandMessage, Hello, Telemetry, WheelCaps
 from omnipuck_sim.emulator.c_firmware import CFirmware
 from omnipuck_sim.emulator.firmware import Firmware
+from omnipuck_sim.robot.physics import Simulator
 
 pytestmark = NEEDS_COMPILER
 HALL = parse_world({"name": "hall", "bounds": [-50.0, -50.0, 50.0, 50.0], "start": [0.0, 0.0]}, "hall")
@@ -26,9 +27,20 @@ CLOCK_RESOLUTION = 2e-3
 """The reference firmware's clock counts milliseconds; it is read at each end [s]."""
 
 
-class Side:
-    """One firmware and its robot."""
+class CommandedSimulator(Simulator):
+    """The simulated robot, and the wheel speeds (n,) last commanded of it [rad/s]."""
 
+    def __init__(self, world: World, settings: Settings, seed: int) -> None:
+        self._omni_wheels = OmniWheels(settings.kinematics)
+        self.wheels = np.zeros(len(self._omni_wheels))
+        super().__init__(world, settings, seed)
+
+    def command(self, velocity_body: np.ndarray, yaw_rate: float, age: float = 0.0) -> None:
+        super().command(velocity_body, yaw_rate, age)
+        self.wheels = self._omni_wheels.speeds(np.asarray(velocity_body), yaw_rate)
+
+
+class Side:
     def __init__(self, kind: type) -> None:
         self.simulator = CommandedSimulator(HALL, SETTINGS, 0)
         self.firmware = kind(self.simulator, SETTINGS, boot=7)
@@ -51,8 +63,6 @@ class Side:
 
 
 class Host:
-    """Says what a host may say, and what none would."""
-
     def __init__(self, chance: Random) -> None:
         self.chance = chance
         self.encoder = Encoder()
@@ -107,7 +117,6 @@ def differences(sides: list[Side], unsure: int) -> list[str]:
 
 
 def agree(seed: int, n_frames: int) -> int:
-    """Gives both the same; in how many frames the robot moved."""
     chance = Random(seed)
     host, sides = Host(chance), [Side(Firmware), Side(CFirmware)]
     moved = unsure = 0

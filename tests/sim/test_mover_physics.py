@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from collplan_core.parameters import Settings
 from collplan_core.worlds import Mover, World, WorldError, load_world
 from collplan_core.worlds.route import clearance
-from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.robot.walks import CLEARED, PATIENCE, within_walls
 from omnipuck_sim.trial import run_trial
 from physics_scenes import RADIUS, RESTITUTION, launched, make_world, quiet
@@ -31,7 +30,6 @@ def scene(*movers: Mover, **world) -> World:
 
 
 def coming(speed: float, **keys) -> Mover:
-    """Comes from the right along y = 0."""
     return Mover(R, np.array([[1.0, 0.0], [-3.0, 0.0]]), speed, **keys)
 
 
@@ -76,26 +74,6 @@ def test_its_velocity_counts_in_the_rebound(engine):
         (touch,) = sim.take_touches()
         assert touch.speed == pytest.approx(robot, abs=1e-6)
         assert touch.time == pytest.approx((1.0 - RADIUS - R) / (robot + speed), abs=0.01)
-
-
-def test_a_robot_that_drives_into_a_standing_one_rebounds_as_from_a_post(engine):
-    standing = Mover(R, np.array([[1.0, 0.0]]), 1.0)
-    ends, moved = [], []
-    for world in (scene(standing), make_world(circles=[(1.0, 0.0, R)])):
-        sim = launched(world, (0.0, 0.05), (0.9, 0.0), engine)
-        for _ in range(1600):
-            sim.step()
-        ends.append([*sim.state.position, *sim.state.velocity])
-        moved += [impact.with_mover for impact in sim.take_impacts()]
-    np.testing.assert_allclose(*ends, atol=5e-3)
-    assert moved == [True, False]
-
-
-def test_a_mover_on_the_start_is_refused(engine):
-    with pytest.raises(
-        WorldError, match=r"movers\[0\].way\[0\]: \[1.0, 0.0\] is 0.10 m from the robot's start, expected"
-    ):
-        Simulator(scene(coming(0.6)), engine, 0, start=np.array([0.9, 0.0]))
 
 
 def test_it_stands_before_a_robot_that_cannot_give_way_and_then_turns_back(engine):

@@ -7,7 +7,6 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
 
-from omnipuck_sim.robot import mujoco_disc
 from omnipuck_sim.robot.hit_law import IMPACT_SPEED
 from physics_scenes import (
     RADIUS,
@@ -45,40 +44,6 @@ def test_rebounds_follow_coulomb():
         assert restitution == pytest.approx(config.simulator.restitution, abs=0.17 if oblique else 0.05), case
         assert after[1] == pytest.approx(expected[1], abs=0.03 * speed), case
         assert energy(after, spin_after) < energy(velocity, spin), case
-
-
-def test_rebounds_depend_neither_on_the_step_nor_on_the_physics_rate(monkeypatch):
-    for angle in np.radians([0, 30, 45, 60]):
-        with monkeypatch.context() as patched:
-            whole = hit(0.7 * unit(angle), soft())[0]
-            patched.setattr(mujoco_disc, "LONGEST_STEP", 0.5 * mujoco_disc.LONGEST_STEP)
-            half = hit(0.7 * unit(angle), soft())[0]
-        assert (half != whole).any()
-        np.testing.assert_allclose(half, whole, atol=0.007)
-    for rate in (400.0, 600.0, 1000.0, 5000.0):
-        found = hit(0.7 * unit(0.5), soft(physics_rate=rate))[0]
-        np.testing.assert_allclose(found, hit(0.7 * unit(0.5), soft())[0], atol=0.007, err_msg=str(rate))
-
-
-def test_a_hit_lasts_the_contact_time():
-    for contact_time in (0.005, 0.015, 0.04):
-        sim = launched(WALL, (0.38, 0.0), (0.7, 0.0), soft(contact_time=contact_time))
-        times, _, velocities = flight(sim, 0.1 + 2.0 * contact_time)
-        pushed = times[1:][np.abs(np.diff(velocities[:, 0])) > 1e-6]
-        assert pushed[-1] - pushed[0] == pytest.approx(contact_time, abs=0.0021)
-
-
-def test_restitution_spreads_with_friction_from_hit_to_hit_and_from_wall_to_wall():
-    spread = {}
-    for key in ("", "restitution_spread", "friction_spread", "wall_spread"):
-        found = []
-        for seed in range(8):
-            sim = launched(WALL, (0.4, 0.0), 0.7 * unit(1.0), soft(**({key: 0.1} if key else {})), seed)
-            flight(sim, 0.2)
-            found.append(sim.state.velocity)
-        spread[key] = np.ptp(found, axis=0)
-    assert not spread[""].any()
-    assert min(spread["restitution_spread"][0], spread["wall_spread"][0], spread["friction_spread"][1]) > 0.02
 
 
 def test_energy_falls_at_every_hit_and_nothing_goes_through_a_wall_at_three_times_full_speed():

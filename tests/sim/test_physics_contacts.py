@@ -1,6 +1,6 @@
 """Grazing, chains, wedges, clutter: nothing hits twice, sticks, tunnels or gains energy; single hits in closed form."""
 
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnipuck_sim.robot import disc
-from omnipuck_sim.robot.disc import SAME_CONTACT, SLOP
+from omnipuck_sim.robot.disc import SLOP
 from omnipuck_sim.robot.hit_law import IMPACT_SPEED
 from physics_scenes import (
     FRICTION,
@@ -31,7 +31,6 @@ from physics_scenes import (
 STEPS = round(QUIET.simulator.physics_rate)
 FLOOR = make_world([[(-5.0, -1.0), (5.0, -1.0), (5.0, 0.0), (-5.0, 0.0)]])
 BALL = 0.075
-CHAIN = make_world(circles=[(2 * BALL * i - 2.1, -BALL, BALL) for i in range(29)])
 
 
 def overlap(speed: float) -> float:
@@ -48,13 +47,6 @@ def room(world, positions) -> np.ndarray:
     return np.min(distances, axis=0) - RADIUS
 
 
-def assert_counted_once(impacts) -> None:
-    """On one surface, which here is what lies within a robot's size."""
-    for a, b in pairwise(impacts):
-        same = np.linalg.norm(a.point - b.point) < RADIUS and a.normal @ b.normal > 0.5
-        assert not same or b.time - a.time > SAME_CONTACT
-
-
 def test_grazing_hits_once_and_goes_on():
     for case in product(np.radians([2.0, 3.0, 4.0, 6.0, 10.0]), (0.3, 1.2, 3.6)):
         angle, speed = case
@@ -67,23 +59,7 @@ def test_grazing_hits_once_and_goes_on():
         assert room(FLOOR, positions).min() >= -overlap(into), case
 
 
-def test_a_chain_of_circles_throws_back_once():
-    """Also into the notch between two of them, which the robot meets at the same instant."""
-    for case in product(np.radians([2.0, 10.0, 45.0, 90.0]), (0.0, 0.02, BALL)):
-        angle, offset = case
-        # from just above the circles down to a centimetre below their tops
-        start = np.array([offset, RADIUS - 0.01]) - 0.011 / np.sin(angle) * unit(-angle)
-        sim = launched(CHAIN, start, V_MAX * unit(-angle))
-        _, positions, velocities = flight(sim, 0.5)
-        impacts = sim.take_impacts()
-        assert 1 <= len(impacts) <= 3, case
-        assert_counted_once(impacts)
-        assert room(CHAIN, positions).min() >= -overlap(V_MAX), case
-        assert np.linalg.norm(velocities[-1]) > 0.2, case
-
-
 def test_nothing_tunnels_at_three_times_full_speed():
-    """A wall of 1 mm and a pole of 1 mm, at the slowest physics rate."""
     wall = [(1.0, -1.0), (1.001, -1.0), (1.001, 1.0), (1.0, 1.0)]
     world = make_world([wall], circles=[(-1.0, 0.0, 0.001)])
     for case in product(np.linspace(0.0, 3 * V_MAX / 400, 7), (1.0, -1.0)):
@@ -121,9 +97,6 @@ def test_free_flight_stays_outside_and_never_gains(seed, direction, speed):
     assert all(impact.velocity_before @ impact.normal < 0.0 for impact in sim.take_impacts())
 
 
-# ---- hits in closed form
-
-
 SPEEDS = (0.3, 0.7, 1.2)
 
 
@@ -158,7 +131,6 @@ def test_flights_between_touches_are_pymunk_s_to_the_last_bit(monkeypatch):
 
 
 def test_an_inner_corner_is_two_hits_in_order():
-    """Far enough from the corner's bisector for the hits to be three steps and more apart."""
     world = make_world(walled=True, bounds=(0.0, 0.0, 1.0, 1.0))
     corner = np.array([1.0 - RADIUS, RADIUS])
     for direction in np.radians([-20.0, -45.0, -70.0]):
@@ -185,18 +157,3 @@ def test_wheels_keep_their_speed_in_a_hit_and_traction_pulls_the_body_back_into_
             sim.step()
         slowest.append(-sim.state.velocity[0])
     assert slowest[1] < 0.8 * slowest[0]
-
-
-def test_abutting_rectangles_have_no_seam():
-    """A disc pressed along two of them is not thrown off where they meet."""
-    left, right = (
-        [(-2.0, -1.0), (0.0, -1.0), (0.0, 0.0), (-2.0, 0.0)],
-        [(0.0, -1.0), (2.0, -1.0), (2.0, 0.0), (0.0, 0.0)],
-    )
-    sim = launched(make_world([left, right]), (-0.5, RADIUS + 0.001), (0.8, -0.05))
-    highest = 0.0
-    for _ in range(1200):
-        sim.step()
-        highest = max(highest, abs(sim.state.velocity[1]))
-    assert sim.state.position[0] > 0.2
-    assert highest <= 0.05 + 1e-9

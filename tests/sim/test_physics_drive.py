@@ -51,12 +51,6 @@ def test_small_changes_follow_a_first_order_lag_and_large_ones_take_the_largest_
     assert velocities[-1] == pytest.approx([1.2, 0.0])
 
 
-def test_commands_are_in_the_frame_of_the_body():
-    sim = Simulator(OPEN, QUIET, 0)
-    sim.place(np.zeros(2), yaw=np.pi / 2)
-    assert drive(sim, (0.5, 0.0), 0.0, 1.0)[-1] == pytest.approx([0.0, 0.5], abs=1e-4)
-
-
 def test_the_yaw_rate_lags_like_the_velocity_and_the_yaw_wraps():
     sim = Simulator(OPEN, QUIET, 0)
     drive(sim, (0.0, 0.0), 1.9, 2.2)
@@ -85,13 +79,6 @@ def test_silence_zeroes_the_command_after_its_age_and_one_period():
         sim.step()
     assert sim.spin == pytest.approx(0.0, abs=1e-3)
     assert sim.state.yaw == pytest.approx(0.4 * 0.25, abs=2e-3)
-
-
-def test_a_robot_commanded_to_stand_still_stands_still_in_spite_of_noise():
-    sim = Simulator(OPEN, noisy(noise=5.0), 3)
-    start = sim.state.position
-    drive(sim, (0.0, 0.0), 0.0, 1.0)
-    assert (sim.state.position == start).all()
 
 
 def test_actuation_noise_has_its_level_and_the_bias_is_constant_in_a_run_and_differs_between_runs():
@@ -161,15 +148,3 @@ def test_a_robot_that_touches_a_wall_starts_and_drives_off(engine, far):
     drive(sim, (0.5, 0.0), 0.0, 1.0)
     assert sim.state.position[0] > far + 0.3
     assert not sim.take_impacts()
-
-
-def test_reset_puts_it_back_at_rest_while_time_goes_on():
-    sim = Simulator(OPEN, noisy(), 2)
-    start = sim.state.position
-    drive(sim, (1.0, 0.5), 0.5, 1.0)
-    sim.reset()
-    assert (sim.state.position == start).all()
-    assert not sim.state.velocity.any()
-    assert (sim.state.yaw, sim.time) == (0.0, 1.0)
-    sim.step()
-    assert (sim.state.position == start).all()

@@ -38,7 +38,6 @@ class Heard:
         monkeypatch.setattr(loop, name, listening)
 
     def delays(self, kept, loop) -> np.ndarray:
-        """Time from each stamp to its receipt [s]."""
         return np.array([local - taken.stamp for who, taken, local in kept if who is loop])
 
 

@@ -16,7 +16,6 @@ from rosgraph_msgs.msg import Clock
 from serial_robot import HALL
 from visualization_msgs.msg import MarkerArray
 
-from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import Mover, load_world, save_world
 from collplan_core.worlds.movers import place_at
 from collplan_ros.messages.mover_markers import movers_to_markers
@@ -36,8 +35,6 @@ HEARD = (
 
 
 class Bench:
-    """The node under test, commands to it, and all it says."""
-
     def __init__(self, ros, world: str, **parameters) -> None:
         self.ros = ros
         self.heard = {topic: ros.listen(kind, topic, qos) for topic, kind, qos in HEARD}
@@ -130,11 +127,6 @@ def test_movers_are_published_with_the_stamps_of_the_truth(ros, tmp_path):
     for bad in (MarkerArray(), movers_to_markers(1.0, np.array([[0.0, np.nan, 0.0, 0.0, 0.1]]), "map")):
         with pytest.raises(MessageError, match="markers: "):
             movers_from_markers(bad, "map")
-
-
-def test_what_it_cannot_simulate_is_an_error(ros):
-    with pytest.raises(ParameterError, match="physics_rate"):
-        Bench(ros, "corridor", **{"simulator.physics_rate": 1.0})
 
 
 WITHOUT_MUJOCO = """

@@ -13,7 +13,6 @@ ENDS = {"bounds": [0.0, 0.0, 3.0, 1.6], "start": [0.3, 0.8], "goal": [2.7, 0.8]}
 
 
 def room(*boxes: tuple[float, float, float, float]) -> World:
-    """A room with boxes x0, y0, x1, y1 [m] in it."""
     corners = [[[a, b], [c, b], [c, d], [a, d]] for a, b, c, d in boxes]
     return parse_world({"name": "room", "polygons": corners, **ENDS}, "room")
 

@@ -19,14 +19,12 @@ STANDS = f"{CLOSED}|less than 0.05 m away within"
 
 
 def room(size: float, start: tuple[float, float], goal: tuple[float, float], *boxes: Box) -> World:
-    """A square room with boxes x0, y0, x1, y1 in it [m]."""
     corners = [[[a, b], [c, b], [c, d], [a, d]] for a, b, c, d in boxes]
     ends = {"bounds": [0.0, 0.0, size, size], "start": list(start), "goal": list(goal)}
     return parse_world({"name": "room", "polygons": corners, **ends}, "room")
 
 
 def door(width: float) -> World:
-    """A room of 3 m, parted by a wall that has a door."""
     lower, upper = 1.5 - 0.5 * width, 1.5 + 0.5 * width
     return room(3.0, (0.5, 1.5), (2.5, 1.5), (1.45, 0.0, 1.55, lower), (1.45, upper, 1.55, 3.0))
 

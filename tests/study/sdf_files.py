@@ -6,7 +6,6 @@ CYLINDER = "<cylinder><radius>0.2</radius><length>1</length></cylinder>"
 
 
 def model(shape, name="thing", at="", link_at="", collision_at=""):
-    """A model with one link that holds the shape twice, as what collides and as what is seen."""
     poses = [f"<pose frame=''>{text}</pose>" if text else "" for text in (at, link_at, collision_at)]
     geometry = f"<geometry>{shape}</geometry>"
     return (

@@ -29,7 +29,6 @@ def resume(folder: Path, *options: str) -> Path:
 
 
 def table(folder: Path) -> pl.DataFrame:
-    """The rows without the columns of wall times."""
     return pl.read_parquet(folder / "trials.parquet").drop(WALL_TIMES)
 
 

@@ -1,6 +1,6 @@
 """Speed over the releases: one line a release, whatever was measured of it."""
 
-from history import COLUMNS, HISTORY, read_history, write_history
+from history import COLUMNS, read_history, write_history
 from PIL import Image
 
 MACHINE = {"time": "2026-11-28T12:00:00+00:00", "processor": "some processor"}
@@ -32,9 +32,3 @@ def test_each_release_has_one_line_and_the_picture_shows_them(tmp_path):
     assert (first["plan_to_goal.p99_us"], first["trials_per_second.bounce"]) == ("12900", "2.61")
     # skipped, and measured
     assert (first["ratios.scan_vs_irsim"], second["ratios.scan_vs_irsim"]) == ("", "0.00412")
-
-
-def test_the_lines_of_the_repository_are_read_and_each_version_has_one():
-    lines = read_history(HISTORY)
-    assert all(tuple(line) == COLUMNS for line in lines)
-    assert len({line["version"] for line in lines}) == len(lines) > 0

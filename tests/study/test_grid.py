@@ -3,7 +3,6 @@
 from itertools import product
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -72,10 +71,6 @@ def test_seeds_fit_the_simulator_and_differ(study, world, trial):
     assert seed not in others
 
 
-def test_seeds_are_those_of_every_process():
-    assert trial_seed(0, "random:7", 3) == 957142123
-
-
 def test_other_strategies_have_one_period_of_their_own():
     periods = {task.labels["map_period_s"] for task in grid_of(strategies=("custom",), trials=1)}
     assert periods == {PAPER.map_period}
@@ -94,13 +89,6 @@ def test_families_are_ranges_or_folders_and_all_ranges_are_held_out(tmp_path):
     named = [(s.world.name, s.family) for s in load_sources((str(tmp_path),), None, None)]
     assert named == [("random:3", tmp_path.name), ("random:4", tmp_path.name)]
     assert {*held_out.FAMILIES, *held_out.FURTHER_FAMILIES} == {*FAMILIES}
-
-
-def test_start_and_goal_replace_the_worlds_own():
-    (source,) = load_sources(("random:3",), None, (1.5, 0.4))
-    (own,) = load_sources(("random:3",), None, None)
-    np.testing.assert_array_equal(source.world.goal, [1.5, 0.4])
-    np.testing.assert_array_equal(source.world.start, own.world.start)
 
 
 def test_ablations_come_with_the_unchanged_grid_and_outrank_the_axes():
@@ -132,32 +120,21 @@ def test_each_ablation_is_one_change_and_every_reading_that_has_a_printed_form_i
 WRONG = [
     ({"worlds": ("corridr",)}, WorldError, "corridor"),
     ({"worlds": ("random:9-3",)}, WorldError, "A-B"),
-    ({"worlds": ("random:1-x",)}, WorldError, "'1-x'"),
     ({"worlds": ("random:3", "random:0-9")}, StudyError, "random:3"),
     ({"worlds": (str(Path(__file__).parent),)}, WorldError, "no world files"),
-    ({"worlds": ()}, StudyError, "empty"),
     ({"trials": 0}, StudyError, "--trials: got"),
-    ({"seed": -1}, StudyError, "--seed: got -1"),
     ({"strategies": ("fast",)}, ParameterError, "got 'fast'"),
     ({"strategies": ("harness", "harness")}, StudyError, "2 times"),
-    ({"map_periods": (float("nan"),)}, ParameterError, "planner.map_period: got nan"),
     ({"values": ("planner.map_perid=1",)}, ParameterError, "planner.map_period"),
-    ({"values": ("planner.gap_weight=1,,2",)}, ParameterError, "got ''"),
-    ({"values": ("planner.n_speeds=2.5",)}, ParameterError, "got '2.5'"),
-    ({"values": ("planner.frontiers=none",)}, ParameterError, "all, printed"),
     ({"values": ("trial.known_map=true",)}, ParameterError, "known_map: got True .*harness, expected .*bounce"),
     ({"values": ("planner.gap_weight",)}, StudyError, "KEY=VALUE"),
     ({"values": ("planner.gap_weight=1,1.0",)}, StudyError, "once"),
-    ({"values": ("planner.gap_weight=1", "planner.gap_weight=2")}, StudyError, "twice"),
     ({"values": ("planner.strategy=harness",)}, StudyError, "--strategies"),
     ({"values": ("robot.radius=0.3",)}, WorldError, "0.3 m"),
-    ({"start": (0.0, 0.0)}, WorldError, "start"),
     ({"bounces": True, "strategies": ("bounce",)}, StudyError, "--strategies: got one"),
     ({"bounces": True, "values": ("robot.max_acceleration=1,2",)}, StudyError, "--set robot.max_acceleration=1,2"),
     ({"bounces": True, "map_periods": (0.05, 0.1)}, StudyError, "--map-periods"),
     ({"ablations": True, "ablation_strategies": ("avoid",)}, StudyError, "--ablation-strategies: got avoid"),
-    ({"ablation_trials": 0}, StudyError, "--ablation-trials"),
-    ({"ablation_strategies": ()}, StudyError, "--ablation-strategies: got"),
 ]
 
 

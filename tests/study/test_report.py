@@ -89,15 +89,6 @@ def test_runs_that_do_not_arrive_count_with_the_limit_and_are_listed(tmp_path):
     assert "1 of 18:" in page
 
 
-def test_runs_that_raised_are_left_out_of_their_pairs(tmp_path):
-    def one_raises(task):
-        return failed() if task.labels["strategy"] == "low_risk" and task.labels["trial"] == 0 else by_strategy(task)
-
-    found, page = report_of(fake_study(tmp_path / "study", one_raises, SMALL))
-    assert [row["pairs"] for row in found["cases"][0]["comparisons"]] == [6, 6, 6, 6, 5, 5, 5, 5]
-    assert "ValueError: &lt;b&gt;&amp;" in page
-
-
 def test_studies_with_little_in_them_have_their_report(tmp_path):
     for measures in (timed_out, failed):
         found, page = report_of(fake_study(tmp_path / measures.__name__, lambda task, m=measures: m(), SMALL))

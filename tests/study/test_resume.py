@@ -132,18 +132,6 @@ def test_the_same_command_goes_on_and_another_one_is_refused(whole, copy, capsys
     assert same(whole, copy)
 
 
-def test_a_world_file_may_change_or_go_once_the_study_has_begun(tmp_path, whole):
-    world = tmp_path / "mine.yaml"
-    shutil.copy(whole / "worlds" / "0000.yaml", world)
-    folder = tmp_path / "study"
-    assert main([*FEW, "--worlds", str(world), "--out", str(folder)]) == 0
-    before = table(folder)
-    world.unlink()
-    (folder / ROWS).unlink()
-    resume(folder, "--jobs", "1")
-    assert table(folder).equals(before)
-
-
 def refused(capsys, folder):
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     assert main(["--resume", str(folder)]) == 2
