@@ -25,11 +25,10 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import BUDGET_SHARE, deadlines
 from collplan_ros.messages.cloud_reading import compared_from_message, plan_from_message, seen_from_message
 from collplan_ros.messages.conversions import goal_to_message
-from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.planner_clouds import FREE_SPACE
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
 from collplan_ros.messages.raw_reading import plan_from_path
-from collplan_ros.messages.reading import seconds_from_stamp
+from collplan_ros.messages.reading import movers_from_markers, seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from collplan_ros.nodes.planner_outputs import PlannerOutputs

@@ -26,7 +26,7 @@ from collplan_core.worlds import World
 from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.messages.planner_clouds import impact_to_cloud
 from collplan_ros.messages.raw_reading import BYTES_TOPICS
-from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.record import record_of
 from collplan_ros.run.recorded_run import take_mark
 from collplan_ros.run.recorder import Recorder
 from collplan_ros.run.result_files import summarize, write_trajectory
@@ -34,6 +34,7 @@ from collplan_ros.run.run_log import LogBuilder, RunLog
 
 STAMP, WALL_CLOCK = 50.0, 1.7e9
 FIRST_MOVE, ARRIVAL = 0.5, 2.0
+WINDOW = Settings().mocap.velocity_window
 SENT_LATE = 0.003
 """A pose is handed on so long after it was measured [s]."""
 WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None, None)
@@ -110,9 +111,7 @@ def test_diagnostics_of_other_robots_are_theirs():
 
 
 def arrival(log: RunLog) -> float:
-    return summarize(log, impacts_of(log, Settings().mocap.velocity_window), "reached", np.zeros(2), Settings())[
-        "arrival_time_s"
-    ]
+    return summarize(log, record_of(log, WINDOW), "reached", np.zeros(2), Settings())["arrival_time_s"]
 
 
 def trajectory(log: RunLog, folder: Path) -> str:
@@ -124,8 +123,10 @@ def test_time_zero_is_when_the_first_command_to_move_was_sent():
     log = recorded(in_time())
     assert log.time_zero == pytest.approx(STAMP + FIRST_MOVE + 0.004, abs=1e-5)
     assert arrival(log) == pytest.approx(ARRIVAL - FIRST_MOVE - 0.004, abs=1e-5)
-    assert [c.maneuver for c in log.commands if c.vx] == ["free_space"] * 30
-    assert {c.maneuver for c in log.commands if not c.vx} == {"stopped"}
+    record = record_of(log, WINDOW)
+    moving, maneuvers = record.commands[:, 1] != 0.0, np.array(record.commanded)
+    assert maneuvers[moving].tolist() == ["free_space"] * 30
+    assert set(maneuvers[~moving]) == {"stopped"}
 
 
 @given(st.randoms(use_true_random=False))

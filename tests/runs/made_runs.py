@@ -26,7 +26,7 @@ from collplan_ros.run.run_log import (
     PoseRow,
     RunLog,
     SentCommand,
-    SentManeuver,
+    SentName,
 )
 from collplan_ros.run.schemas import schema_text, type_name
 from collplan_ros.run.writer import RECORDING, RecordingFile
@@ -56,7 +56,7 @@ def room() -> World:
 
 def bouncing_run() -> RunLog:
     """Straight at a wall with SPEED, met at HIT_AT, and back with half of it."""
-    log = RunLog(sent_maneuvers=[SentManeuver(77.151, "free_space")])
+    log = RunLog(sent_maneuvers=[SentName(77.151, "free_space")])
     for k in range(200):
         t = 0.01 * k
         begin = WALL - RADIUS - SPEED * HIT_AT

@@ -5,7 +5,7 @@ import pytest
 from logged_trials import logged_trial, pairs_of, without_truth
 
 from collplan_core.parameters import Settings
-from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.record import record_of
 
 SETTINGS = Settings().with_values({"planner.strategy": "bounce"})
 WINDOW = SETTINGS.mocap.velocity_window
@@ -27,14 +27,14 @@ def test_time_velocities_and_what_was_deliberate_are_right_without_the_truth(hit
     while len(told) < hits:
         world = f"{families[seed % len(families)]}:{seed}"
         log = logged_trial(world, SETTINGS, seed)
-        true, found = impacts_of(log, WINDOW), impacts_of(without_truth(log), WINDOW)
-        pairs = pairs_of(*(np.array([hit.time for hit in each.all]) for each in (found, true)), FARTHEST)
-        false += len(found.all) - len(pairs)
+        true, found = record_of(log, WINDOW), record_of(without_truth(log), WINDOW)
+        pairs = pairs_of(*(np.array([hit.time for hit in each.impacts]) for each in (found, true)), FARTHEST)
+        false += len(found.impacts) - len(pairs)
         are_fast = true.speeds > FAST
         fast += int(are_fast.sum())
         missed += int(are_fast.sum() - are_fast[[j for _, j in pairs]].sum())
         for i, j in pairs:
-            one, other = found.all[i], true.all[j]
+            one, other = found.impacts[i], true.impacts[j]
             vectors = ((getattr(one, name), getattr(other, name)) for name in COMPARED)
             angle = np.degrees(np.arccos(np.clip(one.normal @ other.normal, -1.0, 1.0)))
             off.append([abs(one.time - other.time), *(np.hypot(*(a - b)) for a, b in vectors), angle])

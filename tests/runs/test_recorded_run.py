@@ -18,7 +18,7 @@ from collplan_core.clock_steps import RunTimes, SendTimes
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
-from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.record import record_of
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_log import LogBuilder, RunLog
 from collplan_ros.run.whole_file import RecordError, RunError, replacing
@@ -38,7 +38,7 @@ def assert_same(read: RunLog, log: RunLog) -> None:
     for found, impact in zip(read.impacts, log.impacts, strict=True):
         assert (found.source, found.time) == (impact.source, pytest.approx(impact.time))
         np.testing.assert_array_equal(found.point, impact.point)
-    assert [command.maneuver for command in read.commands] == [command.maneuver for command in log.commands]
+    assert record_of(read, WINDOW).commanded == record_of(log, WINDOW).commanded
     assert list(read.plans) == pytest.approx(list(log.plans))
     assert [len(contacts.times) for contacts in read.plans.values()] == [1] * 5 + [0] * 5
     assert read.goal.tolist() == GOAL.tolist()
@@ -62,10 +62,10 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     for contacts, expected in zip(run.log.plans.values(), log.plans.values(), strict=True):
         np.testing.assert_allclose(contacts.times, expected.times, atol=1e-6)
     assert (run.log.simulated, run.note.startswith(f"{killed}: incomplete")) == (True, True)
-    shown, impacts = read_run(killed), impacts_of(log, WINDOW)
+    shown, record = read_run(killed), record_of(log, WINDOW)
     assert shown.end.words == "incomplete"
-    np.testing.assert_allclose(shown.impacts.speeds, impacts.speeds, atol=1e-6)
-    assert shown.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()
+    np.testing.assert_allclose(shown.record.speeds, record.speeds, atol=1e-6)
+    assert shown.record.verdicts.deliberate.tolist() == record.verdicts.deliberate.tolist()
     assert {path: path.stat().st_mtime_ns for path in killed.iterdir()} == before
 
 

@@ -14,10 +14,10 @@ from collplan_ros.bringup.main import make_pictures, write_results
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.record import record_of
 from collplan_ros.run.recorded_run import SUMMARY, RecordedRun
 from collplan_ros.run.result_files import COLUMNS, PICTURE, TRAJECTORY, summarize, write_trajectory
-from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentManeuver, SentReference
+from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentName, SentPoint
 from collplan_ros.run.whole_file import FolderLock
 from made_runs import EPOCH, GOAL, HIT_AT, RADIUS, SPEED, WINDOW, bouncing_run, detected_only, room
 
@@ -65,7 +65,7 @@ def test_what_fails_costs_only_what_comes_after_it(tmp_path, monkeypatch):
     assert "no font" in make_pictures(run_in(folder, bouncing_run()), PREPARED)[0]
     left = ["impacts.csv", "log", "parameters.yaml", "summary.json", "trajectory.csv"]
     assert sorted(entry.name for entry in folder.path.iterdir()) == left
-    monkeypatch.setattr("collplan_ros.run.recorded_run.impacts_of", fail)
+    monkeypatch.setattr("collplan_ros.run.recorded_run.record_of", fail)
     folder = RunFolder(tmp_path, Settings())
     with pytest.raises(ValueError, match="font"):
         write_results(run_in(folder, bouncing_run()), PREPARED, "reached")
@@ -82,7 +82,7 @@ def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
 
 def test_the_summary_of_a_run_worked_by_hand_with_and_without_its_truth():
     log = bouncing_run()
-    summary = summarize(log, impacts_of(log, WINDOW), "reached", GOAL, Settings())
+    summary = summarize(log, record_of(log, WINDOW), "reached", GOAL, Settings())
     assert summary["reached"] is True
     assert summary["arrival_time_s"] == pytest.approx(1.99 - 0.15, abs=1e-6)
     length = SPEED * 0.85 + 0.5 * SPEED * 0.99
@@ -97,10 +97,10 @@ def test_the_summary_of_a_run_worked_by_hand_with_and_without_its_truth():
     assert summary["maneuvers"] == {"free_space": summary["control_period_ms"]["n"] + 1}
     assert summary["impacts_with_movers"] == 0
     log.impacts += [replace(log.impacts[0], with_mover=True)] * 2
-    summary = summarize(log, impacts_of(log, WINDOW), "reached", GOAL, Settings())
+    summary = summarize(log, record_of(log, WINDOW), "reached", GOAL, Settings())
     assert [summary[count] for count in ("impacts", "impacts_with_movers")] == [3, 2]
     log = detected_only(log)
-    summary = summarize(log, impacts_of(log, WINDOW), "timeout", GOAL, Settings())
+    summary = summarize(log, record_of(log, WINDOW), "timeout", GOAL, Settings())
     assert [summary[count] for count in counts] == [1, 1, 1]
     assert summary["arrival_time_s"] is None
     assert "5 Hz" in summary["path_length_source"]
@@ -111,8 +111,8 @@ def test_the_trajectory_worked_by_hand(tmp_path):
     log = RunLog(
         poses=[PoseRow(EPOCH, *[0.0] * 5, 77.0), PoseRow(EPOCH + 0.5, 0.4, 1.0, 0.1, 0.8, 2.0, 77.5)],
         sent_commands=[SentCommand(77.1, 0.3, -0.1, 0.2), SentCommand(77.6, 9.0, 9.0, 9.0)],
-        sent_maneuvers=[SentManeuver(77.101, "free_space")],
-        sent_references=[SentReference(77.101, 0.5, 1.0)],
+        sent_maneuvers=[SentName(77.101, "free_space")],
+        sent_references=[SentPoint(77.101, 0.5, 1.0)],
     )
     write_trajectory(tmp_path / "trajectory.csv", log)
     first, second = csv.DictReader((tmp_path / "trajectory.csv").open())
@@ -128,9 +128,8 @@ def test_what_was_sent_between_two_poses_is_between_their_stamps_at_any_pace_of_
         poses = [PoseRow(100.0 + 0.1 * k, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0 + 0.1 * k / pace) for k in range(3)]
         log = RunLog(poses=poses, sent_commands=[SentCommand(5.0 + 0.14 / pace, 1.0, 0.0, 0.0)], pace=pace)
         log.reached_sent = 5.0 + 0.16 / pace
-        assert log.commands[0].stamp == pytest.approx(100.14)
+        assert record_of(log, WINDOW).commands[0, 0] == pytest.approx(100.14)
         assert (log.time_zero, log.arrival) == pytest.approx((100.14, 100.16))
-    assert RunLog(poses=[PoseRow(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0)]).commands == []
 
 
 def test_runs_of_the_same_second_have_folders_of_their_own_each_locked_until_its_run_is_over(tmp_path):

@@ -19,9 +19,8 @@ from visualization_msgs.msg import MarkerArray
 from collplan_core.worlds import Mover, load_world, save_world
 from collplan_core.worlds.movers import place_at
 from collplan_ros.messages.mover_markers import movers_to_markers
-from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, EVERY_ONE, NEWEST, POSE_SUBSCRIBED
-from collplan_ros.messages.reading import MessageError
+from collplan_ros.messages.reading import MessageError, movers_from_markers
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 EXECUTABLE = [sys.executable, "-c", "import sys; from omnipuck_sim.node.simulator_node import main; sys.exit(main())"]

@@ -10,7 +10,7 @@ from bringup_process import Run
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
-from collplan_ros.messages.mover_reading import movers_from_markers
+from collplan_ros.messages.reading import movers_from_markers
 from collplan_ros.run.reader import raw_messages
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.writer import RECORDING

@@ -1,13 +1,14 @@
 """The record of a trial, and how it comes together."""
 
-from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from collplan_core.command import Command
-from collplan_core.evaluation.impact_matching import Prediction, judge_impacts
-from collplan_core.evaluation.run_end import REACHED, path_length
+from collplan_core.evaluation.impact_matching import Prediction
+from collplan_core.evaluation.run_end import REACHED
+from collplan_core.evaluation.run_record import RunRecord
 from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
@@ -15,29 +16,16 @@ from collplan_core.state import State
 from omnipuck_sim.robot.walks import Touch
 
 
-@dataclass(frozen=True, eq=False)
-class TrialResult:
-    """The record of one run (simulated)."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TrialResult(RunRecord):
+    """The record of one run (simulated), whose times are simulated time and whose track is the truth."""
 
     world: str
     strategy: str
     seed: int
     outcome: str  # reached, timeout, stuck, or aborted where the planner gave the goal up
     reason: str  # of another outcome than reached
-    arrival_time: float  # from the first non-zero command to the first pose within goal_tolerance, else the limit [s]
-    path_length: float  # of the true path from the first non-zero command to the end [m]
-    impacts: tuple[Impact, ...]  # all k of the run
-    foreseen: np.ndarray  # (k,) whether a plan in force foresaw each
-    deliberate: np.ndarray  # (k,) and whether it was deliberate too
-    rebounds: np.ndarray
-    """(k, 3) for each impact that the last plan before it foresaw, else NaN: angle between the direction of its rebound
-    foreseen and the true one [rad], the speed foreseen and the true one [m/s]."""
-    plan_times: np.ndarray  # (n,) wall time of each cycle from scan to plan [s]
-    candidates: np.ndarray  # (n,) their number in each cycle
-    candidates_before_pruning: np.ndarray  # (n,)
-    maneuvers: dict[str, int]  # control periods spent in each
-    commands: np.ndarray  # (c, 4) simulated time [s], velocity [m/s, body frame] and yaw rate [rad/s]
-    trajectory: np.ndarray  # (m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command
+    timeout: float  # longest time that it may take [s]
     plans: tuple[np.ndarray, ...]  # the reference positions (n, 2) of each
     movers: np.ndarray  # (m, k, 5) x, y [m], vx, vy [m/s], radius [m] of each, at the times of the trajectory
     touches: tuple[Touch, ...]  # of movers, their times as in the trajectory
@@ -46,6 +34,36 @@ class TrialResult:
     def reached(self) -> bool:
         """Whether the robot reached its goal."""
         return self.outcome == REACHED
+
+    @property
+    def arrival_time(self) -> float:
+        """Time from the first non-zero command to the first pose within goal_tolerance, else the limit [s]."""
+        return self.elapsed if self.reached else self.timeout
+
+    @cached_property
+    def trajectory(self) -> np.ndarray:
+        """(m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command."""
+        return np.column_stack([self.track[:, 0] - (self.begin or 0.0), self.track[:, 1:]])
+
+    @property
+    def foreseen(self) -> np.ndarray:
+        """(k,) whether a plan in force foresaw each impact."""
+        return self.verdicts.foreseen
+
+    @property
+    def deliberate(self) -> np.ndarray:
+        """(k,) and whether it was deliberate too."""
+        return self.verdicts.deliberate
+
+    @property
+    def rebounds(self) -> np.ndarray:
+        """(k, 3) angle between the direction foreseen and the true one [rad], speed foreseen and true [m/s], or NaN."""
+        return self.verdicts.rebounds
+
+    @property
+    def plan_times(self) -> np.ndarray:
+        """(n,) wall time of each cycle from scan to plan [s]."""
+        return self.planning_times / 1e3
 
     def __repr__(self) -> str:
         """Summary in a line: outcome and impacts."""
@@ -67,7 +85,7 @@ class TrialRecord:
         self._rows: list[tuple[float, ...]] = []
         self._plans: list[Plan] = []
         self._plan_times: list[float] = []
-        self._maneuvers: Counter[str] = Counter()
+        self._maneuvers: list[str] = []
         self._commands: list[tuple[float, ...]] = []
 
     def planned(self, plan: Plan, planning_time: float) -> None:
@@ -77,7 +95,7 @@ class TrialRecord:
 
     def commanded(self, command: Command, now: float) -> None:
         """Takes a command given at `now` [s]; time counts from the first one that moves the robot."""
-        self._maneuvers[command.maneuver] += 1
+        self._maneuvers.append(command.maneuver)
         self._commands.append((now, *command.velocity.tolist(), command.yaw_rate))
         if self._begun is None and command.velocity.any():
             self._begun = now
@@ -85,35 +103,32 @@ class TrialRecord:
     def moved(self, truth: State, movers: np.ndarray) -> None:
         """Takes the true state of the robot, and of the movers (k, 5)."""
         if self._begun is not None:
-            row = (truth.stamp - self._begun, *truth.position.tolist(), *truth.velocity.tolist())
-            self._rows.append(row)
+            self._rows.append((truth.stamp, *truth.position.tolist(), *truth.velocity.tolist()))
             self._movers.append(movers)
 
     def result(self, outcome: str, reason: str, arrived: float) -> TrialResult:
         """The record of the whole run, why it ended so, and the stamp of the pose with which it ended [s]."""
-        trajectory = np.array(self._rows).reshape(-1, 5)
-        predictions = [Prediction(plan.stamp, plan.contacts) for plan in self._plans]
-        verdicts = judge_impacts(self.impacts, predictions)
-        elapsed = 0.0 if self._begun is None else arrived - self._begun
+        commands, plans = np.array(self._commands).reshape(-1, 4), self._plans
         return TrialResult(
             world=self._world,
             strategy=self._settings.planner.strategy,
             seed=self._seed,
             outcome=outcome,
             reason=reason,
-            arrival_time=elapsed if outcome == REACHED else self._settings.trial.timeout,
-            path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
+            timeout=self._settings.trial.timeout,
+            begin=self._begun,
+            arrived=arrived,
+            track=np.array(self._rows).reshape(-1, 5),
+            is_true=True,
             impacts=tuple(self.impacts),
-            foreseen=verdicts.foreseen,
-            deliberate=verdicts.deliberate,
-            rebounds=verdicts.rebounds,
-            plan_times=np.array(self._plan_times),
-            candidates=np.array([len(plan.candidates.costs) for plan in self._plans], dtype=int),
-            candidates_before_pruning=np.array([plan.n_before_pruning for plan in self._plans], dtype=int),
-            maneuvers=dict(self._maneuvers),
-            commands=np.array(self._commands).reshape(-1, 4),
-            trajectory=trajectory,
-            plans=tuple(plan.positions for plan in self._plans),
+            predictions=[Prediction(plan.stamp, plan.contacts) for plan in plans],
+            planning_times=1e3 * np.array(self._plan_times),
+            candidates=np.array([len(plan.candidates.costs) for plan in plans], dtype=int),
+            candidates_before_pruning=np.array([plan.n_before_pruning for plan in plans], dtype=int),
+            commands=commands,
+            commanded=self._maneuvers,
+            sent=commands[:, 0],
+            plans=tuple(plan.positions for plan in plans),
             movers=np.array(self._movers) if self._movers else np.zeros((0, 0, 5)),
             touches=tuple(touch._replace(time=touch.time - (self._begun or 0.0)) for touch in self.touches),
         )

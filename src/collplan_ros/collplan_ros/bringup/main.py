@@ -19,7 +19,7 @@ from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.description import PARAMETERS
-from collplan_ros.run.impacts import counted_impacts
+from collplan_ros.run.record import counted_impacts
 from collplan_ros.run.recorded_run import RecordedRun, read_run
 from collplan_ros.run.result_files import PICTURE, draw_trajectory, write_result_files
 from collplan_ros.run.whole_file import RecordError, RunError, replacing

@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from collplan_core.movers.record import Movers
 from collplan_ros.messages.conversions import header
-from collplan_ros.messages.mover_reading import AHEAD
+from collplan_ros.messages.reading import AHEAD
 
 TRUE = ColorRGBA(r=0.9, g=0.5, b=0.1, a=0.8)
 FOUND = ColorRGBA(r=0.8, g=0.2, b=0.6, a=0.5)

@@ -16,9 +16,9 @@ from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import scan_to_message
-from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes
+from collplan_ros.messages.reading import movers_from_markers
 from collplan_ros.node_kit.clock import call_each_period, described_age
 from collplan_ros.node_kit.diagnostics import ERROR, WARN, Health
 from collplan_ros.node_kit.graph_node import GraphNode

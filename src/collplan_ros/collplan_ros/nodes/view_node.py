@@ -95,7 +95,7 @@ class ViewActions:
                 *_, command, reply = self._inbox.get_nowait()
             except queue.Empty:
                 return
-            self._node.get_logger().info(f"page: {_in_words(command)}")
+            self._node.get_logger().info(f"page: {command.words}")
             self._do(command, reply)
 
     def _do(self, command: PageCommand, reply: Reply) -> None:
@@ -137,13 +137,7 @@ class ViewActions:
         message = goal_to_message(np.array(command.at), self._frame)
         message.header.stamp = stamp_from_seconds(1e-9 * self._node.get_clock().now().nanoseconds)
         self._goals.publish(message)
-        reply(True, f"goal ({command.at[0]:.2f}, {command.at[1]:.2f}) given")
-
-
-def _in_words(command: PageCommand) -> str:
-    if command.action == GOAL:
-        return f"goal ({command.at[0]:.3f}, {command.at[1]:.3f})"
-    return f"strategy {command.strategy!r}" if command.action == CHOOSE else command.action
+        reply(True, f"{command.words} given")
 
 
 class ViewNode(Node):
@@ -253,14 +247,11 @@ class ViewNode(Node):
 
     def _found_world(self, known: Mapping[str, scene.Values]) -> tuple[scene.Part, str]:
         """Returns the world named by nodes with these parameters, or the reason why there is none."""
-        name = next((found for key in WORLDS if (found := first_of(known, key)) is not None), None)
-        if name is None:
-            self._world_name = None
-            return None, ""
+        name = next((str(found) for key in WORLDS if (found := first_of(known, key)) is not None), None)
         if name != self._world_name:
-            self._world_name = str(name)
+            self._world_name = name
             # a stop must not wait for it
-            self._world = self._loader.submit(load_world, self._world_name)
+            self._world = None if name is None else self._loader.submit(load_world, name)
         if self._world is None or not self._world.done():
             return None, ""
         try:

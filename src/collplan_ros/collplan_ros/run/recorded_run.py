@@ -12,6 +12,7 @@ from mcap.records import Metadata
 
 import collplan_core.planners  # noqa: F401  (registers what a run may have been planned by)
 from collplan_core.evaluation.run_end import pace_words
+from collplan_core.evaluation.run_record import RunRecord
 from collplan_core.parameters import Settings, Simulation
 from collplan_core.parameters.file import parameters_of, read_parameters
 from collplan_core.parameters.spec import ParameterError
@@ -21,9 +22,9 @@ from collplan_core.replay.values import JournalError
 from collplan_core.worlds import UNKNOWN, World, WorldError, load_world
 from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
-from collplan_ros.run.impacts import JudgedImpacts, counted_impacts, impacts_of
 from collplan_ros.run.reader import attachment, description, entries, is_whole, messages, namespace_of
-from collplan_ros.run.run_log import End, LogBuilder, RunLog, SentGoal
+from collplan_ros.run.record import counted_impacts, record_of
+from collplan_ros.run.run_log import End, LogBuilder, RunLog, SentPoint
 from collplan_ros.run.whole_file import RunError, has_end
 from collplan_ros.run.writer import RECORDING
 
@@ -58,9 +59,9 @@ class RecordedRun:
     lacks: Sequence[str] = ()  # what bringup puts into a recording and is not in this one, in words
 
     @cached_property
-    def impacts(self) -> JudgedImpacts:
-        """Its impacts."""
-        return impacts_of(self.log, self.settings.mocap.velocity_window)
+    def record(self) -> RunRecord:
+        """What came of it."""
+        return record_of(self.log, self.settings.mocap.velocity_window)
 
     @property
     def title(self) -> str:
@@ -153,7 +154,7 @@ def _marks(path: Path, clock_ahead: int, lacks: list[str]) -> tuple[list[Mark], 
         elif entry.topic == "goal_pose":
             if (asked := entry.content) is not None:
                 sent, at = (entry.sent - clock_ahead) / NANO, asked.pose.position
-                values = dict(zip(SentGoal._fields, map(str, (sent, at.x, at.y)), strict=True))
+                values = dict(zip(SentPoint._fields, map(str, (sent, at.x, at.y)), strict=True))
                 repeated = goals and goals[-1][2] | {"sent": ""} == values | {"sent": ""}
                 goals += [] if repeated else [(sent, GOAL, values)]
         else:
@@ -180,7 +181,7 @@ def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None
     if name == BEGIN:
         builder.begin(values["simulated"] == "true")
     elif name == GOAL:
-        builder.asked(SentGoal(*(float(values[key]) for key in SentGoal._fields)))
+        builder.asked(SentPoint(*(float(values[key]) for key in SentPoint._fields)))
     elif name == END:
         builder.end(End(*(float(values[key]) for key in End._fields)))
 

@@ -27,7 +27,7 @@ from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
 from collplan_ros.run.graph_topics import GraphTopics
-from collplan_ros.run.run_log import LogBuilder, RunLog, SentGoal
+from collplan_ros.run.run_log import LogBuilder, RunLog, SentPoint
 
 
 class GoalReport(NamedTuple):
@@ -127,7 +127,7 @@ class Recorder(LogBuilder):
         """Discards reports of earlier goals; to be called before the goal `target` (2,) [m] is given."""
         self.goal = None
         self._asked = self._times.now()
-        goal = SentGoal(self._asked, *target.tolist())
+        goal = SentPoint(self._asked, *target.tolist())
         self._mark(GOAL, {key: repr(value) for key, value in goal._asdict().items()})
         self.asked(goal)
 

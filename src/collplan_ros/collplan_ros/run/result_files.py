@@ -5,46 +5,39 @@ import json
 import math
 import textwrap
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import closing
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from collplan_core.evaluation.run_end import (
-    OUTCOMES,
-    REACHED,
-    Timing,
-    machine_verdict,
-    measured_path_length,
-    path_length,
-)
+from collplan_core.evaluation.run_end import OUTCOMES, REACHED, Timing, machine_verdict
+from collplan_core.evaluation.run_record import RunRecord
 from collplan_core.parameters import Settings, all_specs
-from collplan_ros.messages.mover_reading import movers_from_markers
+from collplan_ros.messages.reading import movers_from_markers
 from collplan_ros.messages.status_values import DRIVE
-from collplan_ros.run.impacts import JudgedImpacts, counted_impacts, write_impacts
 from collplan_ros.run.reader import messages
+from collplan_ros.run.record import counted_impacts, write_impacts
 from collplan_ros.run.recorded_run import SUMMARY, RecordedRun, read_run
 from collplan_ros.run.run_log import PoseRow, RunLog
 from collplan_ros.run.whole_file import FolderLock, RecordError, RunError, has_end, replacing
 from collplan_ros.run.writer import RECORDING
 
 
-def timing_of(log: RunLog) -> Timing:
+def timing_of(log: RunLog, record: RunRecord) -> Timing:
     """Timing of a run, from its first command to move to its end; no gap where simulated time waits for the nodes.
 
     The gap is the longest time between two commands, which their sender's middleware stamps.
     """
-    begin = log.time_zero
+    begin = record.begin
     poses = [pose for pose in log.poses if begin is not None and pose.stamp >= begin]
     simulated_time = poses[-1].stamp - poses[0].stamp if poses else 0.0
     passed = poses[-1].sent - poses[0].sent if poses else 0.0
     factor = simulated_time / passed if log.simulated and passed > 0.0 else None
-    if log.pace == 0.0:
-        return Timing(factor)
-    sent = [command.sent for command in log.commands if begin is not None and command.stamp >= begin]
-    return Timing(factor, float(np.diff(sent).max(initial=0.0)))
+    gaps = np.diff(record.sent[record.driven]) if log.pace else np.zeros(0)
+    return Timing(factor, float(gaps.max(initial=0.0)))
 
 
 COLUMNS = ("t", "x", "y", "yaw", "vx", "vy", "cmd_vx", "cmd_vy", "cmd_wz", "ref_x", "ref_y", "maneuver")
@@ -76,9 +69,7 @@ CHOSEN = ("simulator.world", "simulator.seed")
 """Parameters of the simulator that are no assumptions about the robot."""
 
 
-def summarize(
-    log: RunLog, impacts: JudgedImpacts, outcome: str, goal: np.ndarray, settings: Settings
-) -> dict[str, Any]:
+def summarize(log: RunLog, record: RunRecord, outcome: str, goal: np.ndarray, settings: Settings) -> dict[str, Any]:
     """The figures of a run, ready for JSON.
 
     They cover the time from the first non-zero command to the end of the log; a run that reached its goal ends with the
@@ -88,31 +79,32 @@ def summarize(
     the first command come from the controller's middleware, which stamps its messages, so that the load of bringup does
     not affect them. Where simulated time waits for the nodes, the control period is one of simulated time.
     """
-    begin, limit = log.time_zero, settings.limits.impact_speed
-    commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
+    verdicts, driven, limit = record.verdicts, record.driven, settings.limits.impact_speed
+    given = record.sent if log.pace else record.commands[:, 0]
+    source = "ground_truth" if record.is_true else "mocap poses, low-passed at 5 Hz, resampled at 20 Hz"
     return {
         "outcome": outcome,
         "reached": outcome == REACHED,
-        "arrival_time_s": log.arrival - begin if outcome == REACHED and begin is not None else None,
-        "path_length_m": _length(log, begin),
-        "path_length_source": "ground_truth" if log.truth else "mocap poses, low-passed at 5 Hz, resampled at 20 Hz",
-        "impacts": len(impacts.all),
-        "impacts_foreseen": int(impacts.verdicts.foreseen.sum()),
-        "impacts_deliberate": int(impacts.verdicts.deliberate.sum()),
-        "impacts_with_movers": sum(each.with_mover for each in impacts.all),
-        "impacts_above_impact_speed": int((impacts.speeds > limit).sum()),
-        "hardest_impact_m_s": float(impacts.speeds.max(initial=0.0)),
-        "plans_above_impact_speed": sum(costs.get("hardest_contact", 0.0) > limit for costs in log.costs),
-        "rebound_direction_error_deg": _median(np.degrees(impacts.verdicts.rebounds[:, 0])),
+        "arrival_time_s": record.elapsed if outcome == REACHED and record.begin is not None else None,
+        "path_length_m": record.path_length,
+        "path_length_source": source,
+        "impacts": len(record.impacts),
+        "impacts_foreseen": int(verdicts.foreseen.sum()),
+        "impacts_deliberate": int(verdicts.deliberate.sum()),
+        "impacts_with_movers": sum(each.with_mover for each in record.impacts),
+        "impacts_above_impact_speed": int((record.speeds > limit).sum()),
+        "hardest_impact_m_s": float(record.speeds.max(initial=0.0)),
+        "plans_above_impact_speed": int((log.figure("hardest_contact") > limit).sum()),
+        "rebound_direction_error_deg": _told(np.median, np.degrees(verdicts.rebounds[:, 0])),
         "goal": [float(value) for value in goal],
         "strategy": settings.planner.strategy,
-        "plan_time_ms": _percentiles([costs["planning_time_ms"] for costs in log.costs if "planning_time_ms" in costs]),
-        "control_period_ms": _percentiles(1e3 * np.diff([c.sent if log.pace else c.stamp for c in commands])),
+        "plan_time_ms": _percentiles(record.planning_times),
+        "control_period_ms": _percentiles(1e3 * np.diff(given[driven])),
         "candidates": {
-            "mean": _mean(log, "candidates"),
-            "before_pruning_mean": _mean(log, "candidates_before_pruning"),
+            "mean": _told(np.mean, record.candidates),
+            "before_pruning_mean": _told(np.mean, record.candidates_before_pruning),
         },
-        "maneuvers": dict(Counter(c.maneuver for c in commands)),
+        "maneuvers": dict(Counter(compress(record.commanded, driven))),
     }
 
 
@@ -128,37 +120,25 @@ def assumed_constants(settings: Settings, simulated: bool) -> dict[str, Any]:
     return {key: values[key] for key, spec in all_specs().items() if is_assumed(key, spec.doc)}
 
 
-def _length(log: RunLog, begin: float | None) -> float:
-    if begin is None:
-        return 0.0
-    rows = np.array([row[:3] for row in log.track if begin <= row.stamp]).reshape(-1, 3)
-    return path_length(rows[:, 1:]) if log.truth else measured_path_length(rows[:, 0], rows[:, 1:])
-
-
-def _percentiles(values: Sequence[float] | np.ndarray) -> dict[str, Any]:
+def _percentiles(values: np.ndarray) -> dict[str, Any]:
     if len(values) == 0:
         return {"p50": None, "p99": None, "n": 0}
     p50, p99 = np.percentile(values, [50, 99])
     return {"p50": float(p50), "p99": float(p99), "n": len(values)}
 
 
-def _median(values: np.ndarray) -> float | None:
-    """Median of the finite values; None where there are none."""
+def _told(statistic: Callable[[np.ndarray], Any], values: np.ndarray) -> float | None:
+    """A statistic of the finite values; None where there are none."""
     known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else None
-
-
-def _mean(log: RunLog, key: str) -> float | None:
-    values = [costs[key] for costs in log.costs if key in costs]
-    return float(np.mean(values)) if values else None
+    return float(statistic(known)) if len(known) else None
 
 
 TRAJECTORY, IMPACTS, PICTURE = "trajectory.csv", "impacts.csv", "trajectory.png"
 
 
-def _rebounds(impacts: JudgedImpacts, settings: Settings) -> str:
+def _rebounds(record: RunRecord, settings: Settings) -> str:
     """The restitution that impacts show, in words, for who writes the parameter file; nothing learns it."""
-    found, told = impacts.restitutions, settings.rebound.restitution
+    found, told = record.restitutions, settings.rebound.restitution
     hits = counted_impacts(len(found))
     return f"; {hits} with restitution {np.median(found):.2f}, set to {told:g}" if found else ""
 
@@ -176,15 +156,15 @@ def write_result_files(run: RecordedRun, goal: np.ndarray, outcome: str, said: M
     folder, log, settings = run.folder, run.log, run.settings
     with replacing(folder / TRAJECTORY) as path:
         write_trajectory(path, log)
-    impacts = run.impacts
+    record = run.record
     with replacing(folder / IMPACTS) as path:
-        write_impacts(path, impacts, log.begin)
-    timing, words = timing_of(log), log.drive_in_words + _rebounds(impacts, settings)
+        write_impacts(path, record, log.begin)
+    timing, words = timing_of(log, record), log.drive_in_words + _rebounds(record, settings)
     summary = {
         "simulated": log.simulated,
         "world": settings.simulator.world,
         "seed": settings.simulator.seed,
-        **summarize(log, impacts, outcome, goal, settings),
+        **summarize(log, record, outcome, goal, settings),
         "real_time_factor": timing.factor,
         "longest_gap_s": timing.gap,
         "machine": machine_verdict(timing, settings.simulator.speed_factor, settings.limits.command_age),
@@ -273,7 +253,7 @@ def complete(folder: Path) -> str:
             run = read_run(folder)
             if not np.isfinite(run.log.goal).all():
                 return ""
-            ends = [OUTCOMES[each.status] for each in run.log.statuses if each.status in OUTCOMES]
+            ends = [OUTCOMES[each.name] for each in run.log.statuses if each.name in OUTCOMES]
             outcome, why = (UNTOLD, WHY_UNTOLD) if run.has_ended or run.lacks else (KILLED, WHY_KILLED)
             if ends and outcome == UNTOLD:
                 outcome, why = ends[-1], ""

@@ -52,45 +52,19 @@ class SentCommand(NamedTuple):
     wz: float
 
 
-class SentManeuver(NamedTuple):
-    """The maneuver that the controller began, with the time it was sent."""
+class SentName(NamedTuple):
+    """A maneuver or a status of the goal by its name, with the time it was sent."""
 
     sent: float
     name: str
 
 
-class SentReference(NamedTuple):
-    """The point that the controller tracked [m], with the time it was sent."""
+class SentPoint(NamedTuple):
+    """A goal or a point that is tracked [m], with the time it was sent."""
 
     sent: float
     x: float
     y: float
-
-
-class SentGoal(NamedTuple):
-    """A goal [m] that bringup gave, with the time it was given."""
-
-    sent: float
-    x: float
-    y: float
-
-
-class SentStatus(NamedTuple):
-    """Status of the goal given last, as `collplan_core.goal` names it, with the time it was sent."""
-
-    sent: float
-    status: str
-
-
-class CommandRow(NamedTuple):
-    """A command in the robot's frame [m/s, rad/s], with its time on the poses' clock and its maneuver."""
-
-    stamp: float
-    sent: float
-    vx: float
-    vy: float
-    wz: float
-    maneuver: str
 
 
 @dataclass
@@ -101,13 +75,13 @@ class RunLog:
     poses: list[PoseRow] = field(default_factory=list)
     truth: list[PoseRow] = field(default_factory=list)  # of a simulated robot only
     sent_commands: list[SentCommand] = field(default_factory=list)
-    sent_maneuvers: list[SentManeuver] = field(default_factory=list)
-    sent_references: list[SentReference] = field(default_factory=list)
+    sent_maneuvers: list[SentName] = field(default_factory=list)  # each that the controller began
+    sent_references: list[SentPoint] = field(default_factory=list)  # that the controller tracked
     plans: dict[float, Contacts] = field(default_factory=dict)  # contacts foreseen by each, by its stamp [s]
     impacts: list[Impact] = field(default_factory=list)  # also those that are measured beside the simulated ones
     costs: list[dict[str, float]] = field(default_factory=list)  # FIGURES of each planning cycle
-    goals: list[SentGoal] = field(default_factory=list)
-    statuses: list[SentStatus] = field(default_factory=list)  # the planner's reports on the goals
+    goals: list[SentPoint] = field(default_factory=list)  # that bringup gave
+    statuses: list[SentName] = field(default_factory=list)  # the planner's reports on the goals, as `goal` names them
     reached_sent: float | None = None  # when the planner reported that the goal is reached; None before
     drive: dict[str, float] = field(default_factory=dict)  # newest figures of it and what was learnt; may be empty
     drive_in_words: str = ""
@@ -146,15 +120,9 @@ class RunLog:
         last = self.poses[-1].stamp
         return last if self.reached_sent is None else min(last, self.stamp_at(self.reached_sent))
 
-    @property
-    def commands(self) -> list[CommandRow]:
-        """Every command with its time on the poses' clock; empty without poses."""
-        if not self.poses or not self.sent_commands:
-            return []
-        # the controller names a new maneuver just after the command that begins it
-        following = [*(c.sent for c in self.sent_commands[1:]), math.inf]
-        pairs = zip(self.sent_commands, following, strict=True)
-        return [CommandRow(self.stamp_at(c.sent), *c, self.maneuver_at(end)) for c, end in pairs]
+    def figure(self, name: str) -> np.ndarray:
+        """(n,) one of FIGURES in each planning cycle that tells it."""
+        return np.array([costs[name] for costs in self.costs if name in costs])
 
     def stamp_at(self, sent: float) -> float:
         """Time on the poses' clock at a time of sending [s]: stamp of the newest pose sent by then, and the time since.
@@ -187,12 +155,12 @@ class RunLog:
         for made in [made for made in self.plans if made > stamp]:
             del self.plans[made]
 
-    def reference_at(self, sent: float) -> SentReference | None:
+    def reference_at(self, sent: float) -> SentPoint | None:
         """The point tracked at that time; None while the robot is stopped, or before the first."""
         return None if self.maneuver_at(sent) in WITHOUT_REFERENCE else _newest(self.sent_references, sent)
 
 
-Sent = TypeVar("Sent", PoseRow, SentCommand, SentManeuver, SentReference)
+Sent = TypeVar("Sent", PoseRow, SentCommand, SentName, SentPoint)
 
 
 def _newest(rows: Sequence[Sent], sent: float) -> Sent | None:
@@ -252,7 +220,7 @@ class LogBuilder:
         self._log.simulated = simulated
         self._end, self._ended = NO_END_YET, None
 
-    def asked(self, goal: SentGoal) -> None:
+    def asked(self, goal: SentPoint) -> None:
         """Notes that a goal is given; reports of earlier goals no longer count."""
         self._log.goals.append(goal)
         self._log.reached_sent = self._ended = self._arrived = None
@@ -332,19 +300,19 @@ class LogBuilder:
         if not self._log.goals or sent < self._log.goals[-1].sent or sent > self._end.sent:
             return
         status = GOAL_STATUS.get(int(message.status), NO_GOAL)
-        self._log.statuses.append(SentStatus(sent, status))
+        self._log.statuses.append(SentName(sent, status))
         self._log.reached_sent = sent if status == SUCCEEDED else None
 
     def _take_reference(self, message: Any, sent: float) -> None:
         point = float(message.point.x), float(message.point.y)
         check_finite("controller/reference", *point)
         if sent <= self._end.sent:
-            self._log.sent_references.append(SentReference(sent, *point))
+            self._log.sent_references.append(SentPoint(sent, *point))
 
     def _take_maneuver(self, message: Any, sent: float) -> None:
         if sent <= self._end.sent:
             # a text that is no Unicode could not be written to a file
-            self._log.sent_maneuvers.append(SentManeuver(sent, message.data.encode(errors="replace").decode()))
+            self._log.sent_maneuvers.append(SentName(sent, message.data.encode(errors="replace").decode()))
 
     def _take_command(self, message: Any, sent: float) -> None:
         (vx, vy), wz = velocity_from_twist(twist_of(message))

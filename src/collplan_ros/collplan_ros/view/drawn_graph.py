@@ -18,9 +18,8 @@ from collplan_core.sensing.lidar_mount import placed_among
 from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
 from collplan_ros.messages import cloud_reading as clouds
-from collplan_ros.messages.mover_reading import movers_from_markers
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
-from collplan_ros.messages.reading import GOAL_STATUS, goal_from_message, scan_from_message
+from collplan_ros.messages.reading import GOAL_STATUS, goal_from_message, movers_from_markers, scan_from_message
 from collplan_ros.messages.status_values import real_time_factor, values_of
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.view import scene

@@ -118,6 +118,12 @@ class PageCommand:
     at: tuple[float, float] = (0.0, 0.0)  # goal position, of GOAL [m]
     strategy: str = ""  # to plan by, of CHOOSE
 
+    @property
+    def words(self) -> str:
+        """What is asked, for a log."""
+        place = f" ({self.at[0]:.2f}, {self.at[1]:.2f})" if self.action == GOAL else ""
+        return self.action + (f" {self.strategy!r}" if self.strategy else place)
+
 
 def command_from_text(text: str | bytes, token: str) -> PageCommand:
     """The command in a message.

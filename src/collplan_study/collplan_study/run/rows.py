@@ -51,8 +51,8 @@ MEASURED: dict[str, tuple[type, Callable[[TrialResult], Any]]] = {
     "candidates_mean": (float, lambda result: over(np.mean, result.candidates)),
     "candidates_before_pruning_mean": (float, lambda result: over(np.mean, result.candidates_before_pruning)),
     **{name: (float, partial(_share, maneuver)) for name, maneuver in zip(SHARES, MANEUVERS, strict=True)},
-    "plan_time_ms_p50": (float, lambda result: over(partial(np.percentile, q=50), 1e3 * result.plan_times)),
-    "plan_time_ms_p99": (float, lambda result: over(partial(np.percentile, q=99), 1e3 * result.plan_times)),
+    "plan_time_ms_p50": (float, lambda result: over(partial(np.percentile, q=50), result.planning_times)),
+    "plan_time_ms_p99": (float, lambda result: over(partial(np.percentile, q=99), result.planning_times)),
 }
 """Type and measure of each column of a trial; None where there is nothing to measure. Speeds in m/s; shares of the
 control periods, 0 to 1."""

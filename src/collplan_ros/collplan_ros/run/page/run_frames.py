@@ -139,10 +139,10 @@ def _impacts(run: RecordedRun, graph: DrawnGraph) -> Iterator[Event]:
         graph.put_impacts()
 
     poses = run.log.poses
-    for k, impact in enumerate(run.impacts.all):
+    for k, impact in enumerate(run.record.impacts):
         following = poses[bisect_left(poses, impact.time, key=lambda pose: pose.stamp) :][:1]
         if following or impact.time <= poses[-1].stamp + LATEST:
-            shown = scene.impact(replace(impact, time=impact.time - run.log.begin), run.impacts.verdicts.kind(k))
+            shown = scene.impact(replace(impact, time=impact.time - run.log.begin), run.record.verdicts.kind(k))
             yield Event(following[0].sent if following else poses[-1].sent, False, partial(happen, shown))
 
 

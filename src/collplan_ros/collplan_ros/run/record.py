@@ -1,53 +1,27 @@
-"""The impacts of a run: their place on the obstacles, whether a plan foresaw them, and how well."""
+"""The record of a run from its log, and its impacts in a file."""
 
 import csv
 import math
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from collplan_core.evaluation.impact_matching import Prediction, Verdicts, judge_impacts
+from collplan_core.evaluation.impact_matching import Prediction
+from collplan_core.evaluation.run_record import RunRecord
 from collplan_core.impact import Impact
 from collplan_ros.run.run_log import PoseRow, RunLog
 
 SETTLED = 1.1
 """So long after an impact a velocity is fitted to poses after it alone, in velocity_windows."""
 VECTORS = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
-HARD = 0.3
-"""Speed into the obstacle from which a rebound tells the restitution [m/s]."""
 COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
 
 
-@dataclass(frozen=True, eq=False)
-class JudgedImpacts:
-    """The impacts of a run, world frame, in order of time.
-
-    Of a simulated robot: those of the simulation, contacts begun at more than 0.08 m/s into the wall; contacts within
-    50 ms of one on the same surface belong to it. Of a real robot: the impacts that were detected in the poses or
-    sensed by the ring.
-    """
-
-    all: Sequence[Impact]
-    verdicts: Verdicts  # which were foreseen, which deliberate, and how well
-
-    @cached_property
-    def speeds(self) -> np.ndarray:
-        """Speed of each impact into the obstacle (k,) [m/s]."""
-        return np.array([impact.speed_into for impact in self.all])
-
-    @property
-    def restitutions(self) -> list[float]:
-        """Share of the speed into the obstacle that came back, of each impact that is hard enough to tell it."""
-        hard = (each for each in self.all if each.speed_into >= HARD and not each.with_mover)
-        return [float(each.velocity_after @ each.normal) / each.speed_into for each in hard]
-
-
-def impacts_of(log: RunLog, velocity_window: float) -> JudgedImpacts:
-    """The impacts of a run. The velocity after a measured one is that which poses show later, and so better.
+def record_of(log: RunLog, velocity_window: float) -> RunRecord:
+    """The record of a run. The velocity after a measured impact is that which poses show later, and so better.
 
     `velocity_window` is mocap.velocity_window, over which velocities of measured poses are fitted [s].
     """
@@ -56,8 +30,24 @@ def impacts_of(log: RunLog, velocity_window: float) -> JudgedImpacts:
         impacts = [
             replace(each, velocity_after=_settled(each, impacts, log.poses, velocity_window)) for each in impacts
         ]
-    predictions = [Prediction(made, contacts) for made, contacts in sorted(log.plans.items())]
-    return JudgedImpacts(impacts, judge_impacts(impacts, predictions))
+    begin, sent = log.time_zero, [each.sent for each in log.sent_commands if log.poses]
+    track = [(row.stamp, *row[1:3], *row[4:6]) for row in log.track if begin is not None and begin <= row.stamp]
+    commands = [(log.stamp_at(each.sent), *each[1:]) for each in log.sent_commands if log.poses]
+    return RunRecord(
+        begin=begin,
+        arrived=log.arrival if log.poses else math.nan,
+        track=np.array(track).reshape(-1, 5),
+        is_true=bool(log.truth),
+        impacts=tuple(impacts),
+        predictions=[Prediction(made, contacts) for made, contacts in sorted(log.plans.items())],
+        planning_times=log.figure("planning_time_ms"),
+        candidates=log.figure("candidates"),
+        candidates_before_pruning=log.figure("candidates_before_pruning"),
+        commands=np.array(commands).reshape(-1, 4),
+        # the controller names a new maneuver just after the command that begins it
+        commanded=[log.maneuver_at(end) for end in [*sent[1:], math.inf][: len(sent)]],
+        sent=np.array(sent),
+    )
 
 
 def _settled(impact: Impact, impacts: Sequence[Impact], poses: list[PoseRow], velocity_window: float) -> np.ndarray:
@@ -73,14 +63,14 @@ def _first_from(stamp: float, track: list[PoseRow]) -> int:
     return bisect_left(track, stamp, key=lambda row: row.stamp)
 
 
-def write_impacts(path: Path, impacts: JudgedImpacts, begin: float) -> None:
+def write_impacts(path: Path, record: RunRecord, begin: float) -> None:
     """Writes one row per impact; t counts from `begin` [s], as in trajectory.csv."""
-    verdicts = impacts.verdicts
+    verdicts = record.verdicts
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for each, error, *kinds in zip(
-            impacts.all, verdicts.rebounds[:, 0], verdicts.foreseen, verdicts.deliberate, strict=True
+            record.impacts, verdicts.rebounds[:, 0], verdicts.foreseen, verdicts.deliberate, strict=True
         ):
             vectors = each.point, each.normal, each.velocity_before, each.velocity_after
             numbers = [each.time - begin, *np.concatenate(vectors), error]
