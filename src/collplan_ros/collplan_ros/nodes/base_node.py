@@ -14,11 +14,11 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 
 from collplan_core.control.brush import Brush, judge_brush
+from collplan_core.control.drive_record import DriveRecord
 from collplan_core.control.motion_monitor import MotionRecord, add_command, add_pose
 from collplan_core.control.runaway import why_runaway
 from collplan_core.parameters import Base, Cap, Control, Frames, Limits, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.plane import rotate
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import header, twist_of
 from collplan_ros.node_kit.clock import seconds, steady_clock
@@ -71,6 +71,7 @@ class BaseNode(GraphNode):
         self._sent_at = -math.inf
         self._stopped: tuple[float, float] | None = None
         self._speed = 0.0
+        self._drive = DriveRecord()
         self._record, self._brush = MotionRecord(), Brush()  # what looks as if it ran away may be a brush
         self._told = ""
         self._counts = {"sent": 0, "expired": 0}
@@ -156,9 +157,9 @@ class BaseNode(GraphNode):
             self._stopped = None
         elif self._stopped is None:
             self._stopped = self._sent_at, self._speed
-        if self._felt.newest is not None:
-            wanted = np.array(rotate(*velocity.tolist(), self._felt.newest.yaw))
-            self._record = add_command(self._record, wanted, self._sent_at)
+        if len(self._drive.motion):
+            self._drive = self._drive.with_command(velocity, self._sent_at)
+            self._record = add_command(self._record, self._drive)
         self._counts["sent"] += 1
         self._out.publish(self._message(velocity, yaw_rate))
 
@@ -173,7 +174,8 @@ class BaseNode(GraphNode):
     def _take_pose(self, raw: bytes) -> None:
         now, state, told = self.now(), self._felt.take_pose(raw), self._brush.held
         self._speed = math.hypot(*state.velocity.tolist())
-        self._record = add_pose(self._record, state, now, False)
+        self._drive = self._drive.with_pose(state, now)
+        self._record = add_pose(self._record, self._drive, touching=False)
         # a base that is told to drive again need not come to rest
         put_off = "" if self._stopped is None else self._brush.why
         brush = replace(self._brush, why=put_off, held="")
