@@ -87,6 +87,7 @@ def test_a_machine_is_too_slow_by_its_factor_or_by_a_gap_that_a_command_does_not
         # slow motion is not the machine's fault; at its pace a command is as old as it looks
         (Timing(0.5, 0.35), 0.5, []),
         (Timing(0.45, 0.1), 0.5, ["0.45"]),
+        (Timing(0.61, 0.0), 0.0, []),
         # faster than real time is more than a real robot asks for
         (Timing(1.2, 0.05), 4.0, []),
     ]

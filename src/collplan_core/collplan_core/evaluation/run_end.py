@@ -31,18 +31,17 @@ def pace_words(factor: float | None) -> str:
 
 
 def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> str:
-    """Returns a sentence that the machine is too slow for a real robot; empty where all kept up.
+    """Returns a sentence that the machine is too slow for a real robot; empty where all kept up, or no clock paced it.
 
-    A simulation that is wanted slower than real time may be slow by as much, and one as fast as it can be is to be as
-    fast as real time.
+    A simulation that is wanted slower than real time may be slow by as much.
 
     Args:
-        speed_factor: simulated seconds wanted in a second; 0 for as many as there can be.
+        speed_factor: simulated seconds wanted in a second; 0 where time waits for the nodes.
         command_age: age at which a robot follows its last command no more [s].
     """
-    wanted = min(speed_factor or 1.0, 1.0)
+    wanted = min(speed_factor, 1.0)
     is_slow = timing.factor is not None and timing.factor < (1.0 - ABOUT) * wanted
-    if not is_slow and timing.gap <= command_age / wanted:
+    if not wanted or (not is_slow and timing.gap <= command_age / wanted):
         return ""
     found = [f"simulated time ran at {timing.factor:.2f} of real time"] if is_slow else []
     if timing.gap:
