@@ -35,11 +35,9 @@ class SentGoal:
         return self._end.done()
 
     def cancel(self) -> bool:
-        """Asks for the goal's end; whether that was accepted."""
         return bool(self._wait_for(self._handle.cancel_goal_async()).goals_canceling)
 
     def outcome(self) -> tuple[int, int, str]:
-        """Status, error code and reason, once the goal has ended."""
         end = self._wait_for(self._end)
         return end.status, end.result.error_code, end.result.error_msg
 

@@ -1,7 +1,7 @@
 """What a node says at the terminal about the topics it listens to."""
 
 import pytest
-from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped, TwistStamped, Vector3
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from ros_fixture import RosGraph
@@ -23,8 +23,6 @@ from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
 class Listening(Node):
-    """Listens to inputs of each need; what it is told to refuse, it refuses."""
-
     def __init__(self, **kwargs):
         super().__init__("listening", **kwargs)
         self.refuse = None
@@ -76,7 +74,6 @@ def test_ready_then_what_is_missing_then_what_comes_each_once(ros, terminal, nod
 
 @pytest.fixture
 def other_process():
-    """As good as one: a topic has one type in each."""
     graph = RosGraph()
     yield graph
     graph.close()
@@ -95,21 +92,14 @@ def test_publishers_that_cannot_be_heard_are_told_with_the_reason(terminal, node
 WRONG_TYPES = (
     (ControllerNode, "hand/cmd_vel", TwistStamped, "Twist"),
     (ControllerNode, "plan", PoseStamped, "nav_msgs/msg/Path"),
-    (ControllerNode, "robot/state", String, "DiagnosticStatus"),
-    (ControllerNode, "planner/heartbeat", String, "std_msgs/msg/Empty"),
     (SimulatorNode, "cmd_vel", TwistStamped, "geometry_msgs/msg/Twist"),
-    (SimulatorNode, "goal_status", String, "GoalStatus"),
-    (PlannerNode, "goal_pose", PointStamped, "PoseStamped"),
-    (PlannerNode, "impact", Vector3, "Vector3Stamped"),
+    (PlannerNode, "scan", PointCloud2, "sensor_msgs/msg/LaserScan"),
     (MocapNode, "mocap/pose", PoseWithCovarianceStamped, "PoseStamped"),
     (LidarNode, "mocap/odom", PoseStamped, "Odometry"),
-    (ControllerNode, "robot/resumed", String, "std_msgs/msg/Empty"),
-    (ControllerNode, "mocap/refused", PoseStamped, "std_msgs/msg/String"),
-    (PlannerNode, "scan", PointCloud2, "sensor_msgs/msg/LaserScan"),
 )
 
 
-def test_every_input_of_every_node_names_messages_of_another_type(ros, terminal, other_process):
+def test_every_node_names_messages_of_another_type(ros, terminal, other_process):
     for node_class in dict.fromkeys(row[0] for row in WRONG_TYPES):
         node = ros.make(node_class)
         rows = [row[1:] for row in WRONG_TYPES if row[0] is node_class]

@@ -58,7 +58,6 @@ class OdometryBench:
             self.transforms.publish(self.tied)
 
     def drive(self, n: int, speed: float) -> None:
-        """n poses along the x axis of the odometry's frame."""
         for _ in range(n):
             self.drive_one(speed)
             self.ros.spin(0.005)
@@ -76,9 +75,8 @@ class OdometryBench:
         return position.x, position.y
 
 
-@pytest.mark.parametrize("topic", ["/tf", "/tf_static"])
-def test_poses_are_those_of_the_map_from_the_first_transform_on(ros, real_messages, topic):
-    bench = OdometryBench(ros, real_messages, topic)
+def test_poses_are_those_of_the_map_from_the_first_transform_on(ros, real_messages):
+    bench = OdometryBench(ros, real_messages)
     bench.drive(10, 0.5)
     assert ros.wait_until(lambda: bench.refusals)
     assert "no transform from map to odom" in bench.refusals[-1].data
@@ -174,11 +172,8 @@ def test_an_odometry_of_another_body_is_named_with_its_place(real_messages):
     kind = real_messages("tf2_msgs.msg").TFMessage
     for body, joined, words in (
         ("camera", ("base_link", "camera", 0.2), "got 'camera', expected 'base_link'.*mocap.body_offset_x 0.200"),
-        ("camera", ("camera", "base_link", -0.2), "mocap.body_offset_x 0.200"),
         ("camera", None, "nothing on /tf_static joins them"),
-        ("robot2/base_link", None, "got 'robot2/base_link'"),
         ("base_footprint", ("base_footprint", "base_link", 0.0), ""),
-        ("base_footprint", None, ""),
         ("", None, ""),
     ):
         now, listening = [0.0], []

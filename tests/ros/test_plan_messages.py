@@ -43,12 +43,9 @@ def stamp_of(index, stamp):
 
 
 BAD_PATHS = (
-    (lambda p: p.poses.clear(), "got 0, expected at least 2"),
     (lambda p: p.poses.__delitem__(slice(1, None)), "got 1, expected at least 2"),
     (lambda p: setattr(p.poses[1].pose.position, "x", math.nan), r"poses\[1\].*finite"),
-    (lambda p: setattr(p.poses[2].pose.position, "y", math.inf), r"poses\[2\].*finite"),
     (stamp_of(2, 5.1), r"poses\[2\].*later"),
-    (stamp_of(1, 4.0), r"poses\[1\].*later"),
     (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
 )
 
@@ -72,9 +69,7 @@ BAD_CLOUDS = (
     (lambda m: setattr(m.fields[0], "name", "time"), "fields: got time"),
     (lambda m: m.data.pop(), "data: got"),
     (lambda m: table_of(m)["kind"].fill(AT_CONTACT), "got 0, expected at least 2"),
-    (lambda m: table_of(m)["x"].__setitem__(0, math.nan), "finite"),
     (lambda m: table_of(m)["vx"].__setitem__(1, math.nan), "velocity that is not finite"),
-    (lambda m: table_of(m)["vy"].__setitem__(3, math.inf), "finite"),
     (lambda m: table_of(m)["t"].__setitem__(5, math.inf), "finite"),
     (lambda m: table_of(m)["t"].__setitem__(2, -1.0), "later"),
 )

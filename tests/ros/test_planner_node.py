@@ -30,7 +30,6 @@ from collplan_ros.messages.planner_clouds import FREE_SPACE
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.reading import seconds_from_stamp
-from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from collplan_ros.nodes.planner_outputs import PlannerOutputs
 from fake_robot import FakeRobot, hall
@@ -60,7 +59,6 @@ class PlannerBench:
         assert ros.wait_until(lambda: self.statuses)
 
     def send_goal(self, goal=AHEAD, frame="map"):
-        """A goal, taken by the node before this returns; its first status."""
         known = {identity(status) for status in self.statuses}
         self.goals.publish(goal_to_message(goal, frame))
         assert self.ros.wait_until(lambda: [s for s in self.statuses if identity(s) not in known])
@@ -71,7 +69,6 @@ class PlannerBench:
         return self.statuses[-1]
 
     def wait_for_plan(self, after=0.0):
-        """The first plan from a pose later than `after`."""
         assert self.ros.wait_until(lambda: self._plans_after(after)), self.health.newest
         return self._plans_after(after)[0]
 
@@ -80,7 +77,6 @@ class PlannerBench:
         return [p for p in self.plans if seconds_from_stamp(p.header.stamp) > stamp + 1e-6]
 
     def assert_no_more_plans(self):
-        """None goes out from now on."""
         self.ros.spin(0.2)
         before = len(self.plans)
         self.ros.spin(0.25)
@@ -189,13 +185,6 @@ def test_a_plan_may_take_a_share_of_the_period_or_the_time_budget_that_is_set():
         assert not is_over(), values
         now.append(100.0 + 1.01 * budget)
         assert is_over(), values
-
-
-def test_planner_and_controller_know_no_world_and_read_the_margin_of_a_leap(ros):
-    for kind in (PlannerNode, ControllerNode):
-        node = ros.make(kind, {"mocap.leap_margin": 0.2})
-        assert node.get_parameter("mocap.leap_margin").value == 0.2
-        assert not [name for name in node.list_parameters([], 0).names if "world" in name], kind
 
 
 def test_the_planner_beats_while_its_executor_does_not_run(ros):

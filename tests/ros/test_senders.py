@@ -30,12 +30,10 @@ def counts(*runs):
         ([(1, 0.0, 20.0, 0.02)], False),
         ([(1, 0.0, 20.0, 0.02), (1, 0.001, 20.0, 0.02)], True),
         ([(500, 0.0, 20.0, 0.01), (1, 0.005, 20.0, 0.5)], True),
-        ([(500, 0.0, 20.0, 0.1), (1, 0.05, 20.0, 3.0)], True),
         ([(500, 0.0, 5.0, 0.02), (1, 5.0, 20.0, 0.02)], False),
-        ([(1, 0.0, 5.0, 0.1), (1, 5.0, 9.0, 0.1), (1, 9.0, 12.0, 0.1), (1, 12.0, 20.0, 0.1)], False),
         ([(1, 0.0, 20.0, 0.02), (1, 0.001, 5.0, 0.02)], False),
     ],
-    ids=["one", "equal counts", "other rates", "a slow second", "started again", "again and again", "the second ended"],
+    ids=["one", "equal counts", "other rates", "started again", "the second ended"],
 )
 def test_two_that_send_are_told_from_one_that_starts_again(runs, are_two):
     senders = Senders()

@@ -48,8 +48,6 @@ def ros(ros):
 
 
 class Sharing(Node):
-    """A node with constants, and nothing else."""
-
     def __init__(self, name, **kwargs):
         super().__init__(name, **kwargs)
         declare(self, Robot, Frames)

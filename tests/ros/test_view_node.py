@@ -33,8 +33,6 @@ from node_health import NodeHealth
 
 
 class Other(GraphNode):
-    """A node with parameters of its own, which reports."""
-
     def __init__(self, name, *groups, **kwargs):
         super().__init__(name, groups, **kwargs)
         self._begin()
@@ -87,7 +85,6 @@ class Bench:
         return self.answers[number]["done"], self.answers[number]["text"]
 
     def latched(self, message_type, topic, message):
-        """Publishes to the probe's namespace, once somebody listens."""
         self.ros.publisher(message_type, topic, LATCHED).publish(message)
 
 
@@ -114,8 +111,7 @@ def test_each_topic_is_on_the_page(ros, bench):
     contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]), np.array([[-1.0, 0.0]]))
     way = np.array([[0.0, 0.2], [0.1, 0.2], [0.2, 0.2]])
     plan = timed_path(12.0, 12.0 + np.arange(3.0), way, 0.0 * way, contacts=contacts)
-    trajectories = ros.publisher(PointCloud2, "planner/trajectory", EVENT)
-    trajectories.publish(plan_to_message(plan, "map"))
+    ros.publisher(PointCloud2, "planner/trajectory", EVENT).publish(plan_to_message(plan, "map"))
     ros.spin(0.3)
     ros.publisher(Path, "plan", NEWEST).publish(plan_to_path(plan, "map"))
     nothing = np.zeros((0, 2))
@@ -194,8 +190,6 @@ def test_a_click_gives_a_goal(ros, bench):
 
 
 def offered(ros, bench, name, called, namespace=""):
-    """A service of the probe that the node has found."""
-
     def serve(request, response):
         called.append(name)
         response.success, response.message = True, "as you say"

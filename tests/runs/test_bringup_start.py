@@ -2,7 +2,6 @@
 
 import errno
 import os
-import shutil
 import socket
 import subprocess
 import sys
@@ -21,19 +20,19 @@ from collplan_ros.node_kit.reachability import graph_environment, why_no_graph, 
 BRINGUP = [str(Path(sys.executable).with_name("bringup")), "--no-pictures"]
 
 
-def started(command=(), program=BRINGUP, **variables):
+def started(program=BRINGUP, **variables):
     """Exit code and output of bringup, or of another program, with these environment variables; None removes one."""
     env = {**os.environ, **{key: value for key, value in variables.items() if value is not None}}
     for key in (key for key, value in variables.items() if value is None):
         env.pop(key, None)
-    done = subprocess.run([*command, *program], env=env, capture_output=True, text=True, errors="replace", timeout=60)
+    done = subprocess.run(program, env=env, capture_output=True, text=True, errors="replace", timeout=60)
     return done.returncode, done.stdout + done.stderr
 
 
 def test_a_domain_is_taken_or_named():
-    for domain in ("", "0", "42", "232"):
+    for domain in ("", "0", "232"):
         assert why_no_graph({"ROS_DOMAIN_ID": domain}, local=True) == why_no_graph({}, local=True) == ""
-    for domain in ("abc", "233", "-1", "1.5", "0x", "4 2"):
+    for domain in ("abc", "233", "1.5"):
         why = why_no_graph({"ROS_DOMAIN_ID": domain}, local=False)
         assert why == f"ROS_DOMAIN_ID: got {domain!r}, expected a whole number in [0, 232]"
 
@@ -100,46 +99,31 @@ def test_a_node_or_a_graph_that_ros_does_not_start_says_so_in_one_sentence(tmp_p
     assert not list(tmp_path.glob("runs/*/run.mcap"))
 
 
-@pytest.mark.skipif(
-    shutil.which("unshare") is None or subprocess.run(["unshare", "-rn", "true"], capture_output=True).returncode != 0,
-    reason="this machine gives no network namespace",
-)
-def test_a_loopback_interface_that_is_down_is_named_at_once(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    code, said = started(["unshare", "-rn"])
-    assert code == NOT_STARTED
-    assert "the loopback interface is down" in said
-    assert "ip link set lo up" in said
-
-
 def test_a_folder_that_ros_cannot_be_told_is_an_error(tmp_path):
-    for name in ("caf\udce9", "\udcfc", "\udcc3\udcbc", "a/\udce4/b"):
-        with pytest.raises(StartError, match="reads paths as UTF-8"):
-            RunFolder(tmp_path / name, Settings())
-
-
-NAMES = ("mocap/pose", "/vrpn_mocap/omnipuck/pose", "~/pose", "~", "pose2", "_p/_q", "{node}/pose", "/" + "a" * 246)
-NO_NAMES = (
-    *("/vrpn_mocap/omni-puck/pose", "/entity/1/pose", "mocap.pose", "", "pose/", "$(env USER)/pose", "//a", "a//b"),
-    *("a b", "pösé", "~x", "/", "a/2b", "9", "a\n", "pose?", "{no}/pose", "a~b", "mocap/pose ", "/" + "a" * 247),
-)
+    with pytest.raises(StartError, match="reads paths as UTF-8"):
+        RunFolder(tmp_path / "caf\udce9", Settings())
 
 
 def test_names_of_topics_are_accepted_or_refused_as_ros_does():
-    for topic in NAMES:
+    for topic in ("/vrpn_mocap/omnipuck/pose", "~/pose", "_p/_q", "{node}/pose", "/" + "a" * 246):
         assert Mocap(topic=topic).topic == topic
-    for topic in NO_NAMES:
+    for topic in (
+        "omni-puck/pose",
+        "entity/1/pose",
+        "",
+        "pose/",
+        "a//b",
+        "pösé",
+        "~x",
+        "a\n",
+        "{no}/pose",
+        "/" + "a" * 247,
+    ):
         with pytest.raises(ParameterError, match=r"mocap\.topic: got .* expected a name of ROS"):
             Mocap(topic=topic)
 
 
 def test_output_that_cannot_show_a_letter_ends_nothing(tmp_path):
-    done = subprocess.run(
-        [*BRINGUP, "--world", str(tmp_path / "wörld.yaml")],
-        env={**os.environ, "PYTHONIOENCODING": "ascii"},
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert done.returncode == NOT_STARTED
-    assert "w\\xf6rld.yaml: no such file" in done.stderr
+    code, said = started([*BRINGUP, "--world", str(tmp_path / "wörld.yaml")], PYTHONIOENCODING="ascii")
+    assert code == NOT_STARTED
+    assert "w\\xf6rld.yaml: no such file" in said

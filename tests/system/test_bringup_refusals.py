@@ -23,7 +23,6 @@ WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0],
 
 
 def written(path: Path, group: str) -> str:
-    """A parameter file that holds this, as its name."""
     path.write_text(f"/**:\n  ros__parameters:\n    {group}\n")
     return str(path)
 
@@ -39,16 +38,10 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2_before_anything_starts(
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         for arguments, expected in (
-            (["--world", "nowhere.yaml"], "nowhere.yaml"),
             (["--strategy", "fast"], "planner.strategy: got 'fast', expected one of harness"),
             ([*split, "--goal", "1.5", "0.5"], "cannot be reached"),
-            (split, "goal"),
-            (
-                ["--world", str(tmp_path / "moved.yaml")],
-                "movers[0].way[0]: [0.4, 0.5] is 0.10 m from the robot's start",
-            ),
+            (["--world", str(tmp_path / "moved.yaml")], "[0.4, 0.5] is 0.10 m from the robot's start"),
             (["--params", "missing.yaml"], "missing.yaml"),
-            (["--params", written(tmp_path / "a.yaml", "planner: {map_perid: 0.2}")], "mean planner.map_period"),
             (["--strategy", "bounce", "--params", known], "trial.known_map: got True, expected False"),
             (["--view", "--params", written(tmp_path / "d.yaml", f"view: {{port: {port}}}")], f"127.0.0.1:{port}"),
             ([*real, "--again"], "--again: got --robot serial:/dev/null"),
@@ -59,13 +52,10 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2_before_anything_starts(
             assert error.startswith("bringup: ")
             assert len(error.splitlines()) == 1, error
     assert not (tmp_path / "runs").exists()
-    for out, expected in ((tmp_path / "file", "is a file"), (tmp_path / "file" / "runs", "cannot be written")):
-        assert main(["--out", str(out)]) == 2
-        assert expected in capsys.readouterr().err
+    assert main(["--out", str(tmp_path / "file")]) == 2
+    assert "is a file" in capsys.readouterr().err
     for arguments, expected in (
         (["--robot", "tank"], "--robot"),
-        (["--network", "everywhere"], "--network"),
-        (["--seed", "x"], "--seed"),
         (["--check", "--yes"], "--check: no longer an option, inspect --live 60 takes its place"),
     ):
         with pytest.raises(SystemExit, match="2"):
@@ -109,8 +99,6 @@ def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):
 
 def test_poses_that_repeat_are_accepted_where_it_simulates_without_noise(tmp_path):
     for simulator, mocap, accepted in (
-        ({}, {}, False),
-        ({"noise": 0.0}, {}, True),
         ({"mocap_noise": 0.0}, {}, True),
         ({"noise": 0.0}, {"accept_frozen": False}, False),
     ):
@@ -121,7 +109,7 @@ def test_poses_that_repeat_are_accepted_where_it_simulates_without_noise(tmp_pat
 
 def test_a_second_graph_of_a_robot_that_is_not_simulated_is_refused(tmp_path, capsys):
     robot = ["--robot", "base:/cmd_vel", "--goal", "1", "1", "--scan", "real", "--network", "local"]
-    for by_hand, namespace in ((False, "/"), (True, "/"), (False, "/robot1")):
+    for by_hand, namespace in ((True, "/"), (False, "/robot1")):
         context = Context()
         with environment_set({RANGE: "LOCALHOST"} if by_hand else {}):
             context.init()

@@ -20,7 +20,6 @@ def contact_at(time: float) -> Contacts:
 
 
 def hit_with(speed: float, *plans: tuple[float, Contacts]):
-    """The impact of a robot at this speed, after plans that were made at these times."""
     impacts = ShownImpacts()
     for made, contacts in plans:
         impacts.planned(timed_path(made, made + np.array([0.0, 1.0]), *np.zeros((2, 2, 2)), contacts=contacts))
