@@ -204,16 +204,6 @@ def test_what_stopped_the_firmware_is_named_also_where_the_newest_telemetry_tell
         ros.remove(driver)
 
 
-def test_bad_lines_are_driven_over(serial_robot):
-    robot = serial_robot()
-    robot.ask("flipped=0.01, lost=0.05, doubled=0.05, cut=0.05, split=0.1, noise=0.1")
-    decoder = robot.driver.link.session.decoder
-    damage = {"crc", "repeated"}
-    robot.go_until(lambda: robot.speed > 0.4 and decoder.lost and damage <= set(decoder.dropped), x=0.6)
-    robot.ask("")
-    robot.until(lambda: robot.speed < STANDING)
-
-
 def test_the_button_on_the_robot_latches(serial_robot):
     robot = serial_robot()
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)

@@ -24,8 +24,6 @@ TOPIC = "/base/cmd_vel"
 
 
 class BaseBench:
-    """The node, a base that takes what it sends, and its commander."""
-
     def __init__(self, ros, listens=True, **parameters):
         self.ros = ros
         kind = TwistStamped if parameters.get("base.stamped") else Twist

@@ -43,8 +43,6 @@ def straight_plan(stamp: float, start: np.ndarray, duration: float = 2.0) -> Pla
 
 
 class Bench:
-    """The node, a robot and a planner for it, and everything it says."""
-
     def __init__(self, ros, twist=Twist, **parameters):
         self.ros = ros
         self.commands = ros.listen(twist, "cmd_vel", EVENT)

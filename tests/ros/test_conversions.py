@@ -38,7 +38,6 @@ stamps = st.integers(0, 2 * 10**18).map(lambda nanoseconds: nanoseconds / 1e9)
 
 
 def sent(message):
-    """The message after serialisation, as a listener receives it."""
     return deserialize_message(serialize_message(message), type(message))
 
 

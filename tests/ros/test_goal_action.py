@@ -19,8 +19,6 @@ SUCCEEDED, CANCELED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CA
 
 
 class SentGoal:
-    """A goal that a client has sent, and what it hears of it."""
-
     def __init__(self, bench, x: float, frame: str) -> None:
         self._wait_for = bench.wait_for
         self.feedback: list = []
@@ -43,8 +41,6 @@ class SentGoal:
 
 
 class ActionBench:
-    """planner_node, a robot for it to plan for, and a client."""
-
     def __init__(self, ros, action) -> None:
         self.ros, self.action, self.robot = ros, action, FakeRobot(ros, hall())
         self.node = ros.make(PlannerNode, {"planner.map_period": 0.05})
@@ -59,7 +55,6 @@ class ActionBench:
         return SentGoal(self, x, frame)
 
     def driving(self, x: float = 2.0) -> SentGoal:
-        """A goal that the planner has begun to plan for."""
         goal = self.sent(x)
         assert goal.accepted
         assert self.ros.wait_until(lambda: goal.feedback)

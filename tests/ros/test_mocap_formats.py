@@ -51,7 +51,6 @@ def everything_installed(monkeypatch):
 
 
 def placed(pose):
-    """The pose that every message here holds for the robot."""
     pose.position.x, pose.position.y, pose.position.z = 1.0, 2.0, 0.1
     pose.orientation.z, pose.orientation.w = math.sin(0.2), math.cos(0.2)
     return pose
@@ -124,8 +123,6 @@ def test_a_body_among_several_needs_a_name(everything_installed):
 
 
 class Unfed(MocapNode):
-    """Keeps the topic of its poses, whose type may be a fake."""
-
     def create_subscription(self, message_type, topic, callback, qos, **kwargs):
         if topic != self.get_parameter("mocap.topic").value:
             return super().create_subscription(message_type, topic, callback, qos, **kwargs)

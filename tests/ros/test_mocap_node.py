@@ -17,7 +17,6 @@ from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.messages.conversions import pose_to_message
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.mocap_node import MocapNode
 from node_health import NodeHealth
 
@@ -26,8 +25,6 @@ CREEP = (1e-3, 0.0)
 
 
 class MocapBench:
-    """The node, a motion capture that feeds it, and everything it says."""
-
     def __init__(self, ros, parameters=None):
         self.ros = ros
         self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
@@ -107,16 +104,6 @@ def test_transform_without_tf2_msgs_is_an_error_that_says_so(ros, monkeypatch):
     monkeypatch.setitem(sys.modules, "tf2_msgs.msg", None)
     with pytest.raises(ParameterError, match=r"mocap\.publish_tf.*tf2_msgs"):
         ros.make(MocapNode, {"mocap.publish_tf": True})
-
-
-def test_poses_get_even_stamps_where_the_rate_of_the_cameras_is_told(ros):
-    bench = MocapBench(ros, {"mocap.rate": 100.0})
-    for k in range(40):
-        bench.send_at(0.0, 0.005 * k, 0.1)
-    assert ros.wait_until(lambda: len(bench.odometry) > 25)
-    stamps = [seconds_from_stamp(message.header.stamp) for message in bench.odometry]
-    assert min(np.diff(stamps)) > 0.0, stamps
-    assert not bench.refusals
 
 
 def test_an_odometry_that_stands_repeats_itself(ros):

@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty
@@ -43,8 +44,6 @@ def identity(status):
 
 
 class PlannerBench:
-    """The node, a robot for it to plan for, and what it says."""
-
     def __init__(self, ros, world=None, **parameters):
         self.ros = ros
         self.plans = ros.listen(Path, "plan", EVENT)
@@ -170,6 +169,20 @@ def test_a_goal_is_replaced_refused_and_canceled(ros, bench):
     bench.wait_for(GoalStatus.STATUS_EXECUTING)
     bench.node.stop()
     bench.wait_for(GoalStatus.STATUS_CANCELED)
+
+
+def test_each_strategy_takes_over_from_any_other(ros):
+    few = {"time_to_goal__proposals": 20, "time_to_goal__time_budget": 1.0}
+    bench = PlannerBench(ros, planner__map_period=0.1, **few)
+    bench.send_goal()
+
+    def plans_by(strategy) -> int:
+        return [values_of(each)["strategy"] for each in bench.costs].count(strategy)
+
+    for strategy in ("harness", "bounce", "high_risk", "tolerate", "avoid", "low_risk", "stop_guarantee"):
+        assert bench.node.set_parameters([Parameter("planner.strategy", value=strategy)])[0].successful
+        assert ros.wait_until(lambda strategy=strategy: plans_by(strategy) > 1), strategy
+    assert bench.statuses[-1].status == GoalStatus.STATUS_EXECUTING
 
 
 def test_a_plan_may_take_a_share_of_the_period_or_the_time_budget_that_is_set():

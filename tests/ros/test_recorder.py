@@ -13,9 +13,8 @@ from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
-from nav_msgs.msg import Path as Path_
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import LaserScan, PointCloud2
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
 from collplan_core.clock_steps import SendTimes
@@ -70,7 +69,6 @@ class Recording:
 
 
 def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:
-    """When each message of a run up to `end` [s] was sent, and the message, by topic."""
     frames = Settings().frames
     topics = defaultdict(list)
     for k in range(round(100 * end) + 1):
@@ -88,7 +86,6 @@ def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]
 
 
 def recorded(order: list[str]) -> RunLog:
-    """The log of a run whose messages are taken in this order of their topics."""
     recording, topics = Recording(), sent_messages()
     for topic in order:
         recording.take(topic, *topics[topic].pop(0))
@@ -97,7 +94,6 @@ def recorded(order: list[str]) -> RunLog:
 
 
 def in_time() -> list[str]:
-    """The topics in the order of sending."""
     return [topic for _, topic in sorted((sent, topic) for topic, rows in sent_messages().items() for sent, _ in rows)]
 
 
@@ -147,7 +143,6 @@ REPORTED = ARRIVAL + 0.034
 
 
 def driven_on() -> dict[str, list[tuple[float, object]]]:
-    """The messages of a run that goes on after its arrival, with its truth and the planner's report of the goal."""
     topics = sent_messages(ARRIVAL + 0.4)
     for sent, odometry in topics["mocap/odom"]:
         topics["ground_truth/odom"].append((sent - SENT_LATE, odometry))
@@ -176,7 +171,6 @@ def recorded_to_the_end(order: list[str], patience: int) -> RunLog:
 
 
 def comparable(log: RunLog) -> RunLog:
-    """The log with its impacts as tuples, of which equal ones compare equal."""
     return replace(log, impacts=[(impact.time, impact.source, *impact.point) for impact in log.impacts])
 
 
@@ -237,8 +231,6 @@ ODD = {
     "planner/costs": DiagnosticArray(status=[DiagnosticStatus(values=[KeyValue(key="candidates", value="many")])]),
     "cmd_vel": Twist(linear=Vector3(x=float("nan"))),
     "maneuver": String(data="\udc80\n\0"),
-    "plan": Path_(),
-    "scan": LaserScan(),
     "mocap/odom": Odometry(),
     "impact/contact": PointCloud2(),
     "goal_status": GoalStatus(status=99),

@@ -22,8 +22,6 @@ def state_now(ros) -> State:
 
 
 class TouchBench:
-    """base_node, a robot that drives along x and faces along y, and the impacts heard."""
-
     def __init__(self, ros, kind: str, message_type: type):
         self.ros = ros
         ros.listen(Twist, "/base/cmd_vel")

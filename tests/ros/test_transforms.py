@@ -23,7 +23,6 @@ SET = str(files("collplan_ros") / "config" / "mocap_tf.yaml")
 
 @pytest.fixture
 def transforms(real_messages):
-    """The class of the messages on /tf."""
     return real_messages("tf2_msgs.msg").TFMessage
 
 

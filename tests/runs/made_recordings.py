@@ -52,7 +52,6 @@ sent = st.sampled_from(sorted(TOPICS)).flatmap(lambda topic: st.tuples(st.just(t
 
 
 def kind_of(topic: str) -> str:
-    """Type of a topic, in any namespace."""
     return next(kind for name, kind in TOPICS.items() if topic.endswith(name))
 
 

@@ -13,8 +13,9 @@ from std_msgs.msg import String
 
 from collplan_core.impact import POSES, SIMULATED, Impact
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
 from collplan_core.plan import Contacts, timed_path
-from collplan_core.worlds import World
+from collplan_core.worlds import World, save_world
 from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
@@ -112,8 +113,17 @@ def write_recording(
         (folder / RECORDING).write_bytes(left)
 
 
+def killed_run(folder: Path) -> Path:
+    """The folder of a run whose bringup was killed."""
+    folder.mkdir(parents=True)
+    save_world(room(), folder / "room.yaml")
+    worlds = {key: str(folder / "room.yaml") for key in ("lidar.world", "simulator.world")}
+    write_parameters(Settings().with_values(worlds), folder / "parameters.yaml")
+    write_recording(folder, bouncing_run(), finished=False)
+    return folder
+
+
 def _said(log: RunLog) -> Iterator[Said]:
-    """When each message of a run was sent, its topic and the message."""
     frames = Settings().frames
     for topic, rows in (("mocap/odom", log.poses), ("ground_truth/odom", log.truth)):
         for row in rows:

@@ -1,6 +1,5 @@
 """bringup as a process: it reaches the goal, and however it ends no process stays behind."""
 
-import os
 import signal
 import time
 
@@ -21,10 +20,6 @@ def _compiled():
 
 @pytest.mark.soak
 def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path):
-    """Both in simulated time, one half as fast as the other: were /clock shared, neither would know the time.
-
-    Two graphs in real time beside that of another test are more than two cores can do in time.
-    """
 
     def at_speed(factor: float) -> list[str]:
         path = tmp_path / f"{factor}.yaml"
@@ -59,18 +54,6 @@ def test_ctrl_c_stops_everything_in_order(tmp_path, options, nodes):
     said = "".join(log.read_text() for log in (run.out / "latest" / "log").iterdir())
     assert "Traceback" not in said + run.text
     assert "killed" not in run.text
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("node", sorted(NODES))
-def test_a_node_that_dies_is_named_and_ends_the_run(tmp_path, node):
-    with Run(tmp_path / "runs", *IN_PROCESSES) as run:
-        wait_for(run.moving)
-        os.kill(nodes_of(run.out)[node], signal.SIGKILL)
-        assert run.end() == 3, node
-    assert f"{node} was killed by SIGKILL" in run.text
-    assert nodes_of(run.out) == {}
-    assert run.summary()["outcome"] == "node_died", node
 
 
 @pytest.mark.soak

@@ -20,7 +20,6 @@ from collplan_ros.bringup.progress import Progress
 
 
 def with_emulator(folder: Path, faults: str) -> tuple[int, str, dict]:
-    """Exit code, output and summary of a run with these faults of the emulator."""
     file, out = folder / "emulator.yaml", folder / "runs"
     file.write_text(f"/**:\n  ros__parameters:\n    emulator.faults: {faults}\n")
     options = ["--no-pictures", "--robot", "emulator", "--params", str(file), "--out", str(out)]
@@ -34,7 +33,6 @@ def with_emulator(folder: Path, faults: str) -> tuple[int, str, dict]:
 @pytest.mark.soak
 @pytest.mark.timeout(300)
 def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(tmp_path):
-    """In real time, as a firmware is: the driver alone on such a line is in tests/driver."""
     code, text, summary = with_emulator(tmp_path, "flipped=0.01")
     assert code == 0, text
     assert (summary["reached"], summary["simulated"]) == (True, True)

@@ -125,11 +125,8 @@ def test_a_second_graph_of_a_robot_that_is_not_simulated_is_refused(tmp_path, ca
 
 def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_device_last(tmp_path, monkeypatch):
     monkeypatch.setattr(processes, "STOP_PATIENCE", 1.0)
-    stubborn = (
-        "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
-    )
-    polite = "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: sys.exit(print(time.time())));"
-    polite += "print('up', flush=True); time.sleep(60)"
+    program = "import signal, sys, time; signal.signal(signal.SIGTERM, {}); print('up', flush=True); time.sleep(60)"
+    stubborn, polite = program.format("signal.SIG_IGN"), program.format("lambda *_: sys.exit(print(time.time()))")
     nodes = Processes(NodeLogs(tmp_path))
     for name, code in (("device", polite), ("other", polite), ("stubborn", stubborn), ("controller", polite)):
         nodes.start(name, [sys.executable, "-c", code])

@@ -47,7 +47,6 @@ def accepted(node) -> list[Spec]:
 
 
 def others(spec: Spec) -> list:
-    """Values other than the default."""
     if spec.key in LARGE:
         return [LARGE[spec.key]]
     if isinstance(spec.default, bool):

@@ -31,7 +31,6 @@ def driven(tmp_path):
 
 
 def killed_run(folder: Path) -> Path:
-    """The recording of a run whose bringup was killed."""
     folder.mkdir(parents=True)
     recording = RecordingFile(folder / RECORDING)
     recording.describe("run", {"goal": "1.0 2.0"})

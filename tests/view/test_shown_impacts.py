@@ -11,7 +11,6 @@ POINT, NORMAL = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
 
 
 def hit_at(time: float, speed: float) -> Impact:
-    """An impact at a speed into a wall [m/s]."""
     return Impact(time, POINT, NORMAL, np.array([speed, 0.1]), np.array([-0.5 * speed, 0.1]), POSES)
 
 
