@@ -43,17 +43,16 @@ def straight_plan(stamp: float, start: np.ndarray, duration: float = 2.0) -> Pla
 
 
 class Bench:
-    def __init__(self, ros, twist=Twist, **parameters):
+    def __init__(self, ros):
         self.ros = ros
-        self.commands = ros.listen(twist, "cmd_vel", EVENT)
+        self.commands = ros.listen(Twist, "cmd_vel", EVENT)
         self.references = ros.listen(PointStamped, "controller/reference", EVENT)
         self.maneuvers = ros.listen(String, "maneuver", LATCHED)
         self.states = ros.listen(DiagnosticStatus, "controller/state", LATCHED)
         self.health = NodeHealth(ros, "/controller_node")
         self.robot = FakeRobot(ros, hall(), YAW)
         # all share a thread here, and poses wait in its queues
-        given = {"limits.motion_delay": 0.4, **{key.replace("__", "."): value for key, value in parameters.items()}}
-        self.node = ros.make(ControllerNode, given)
+        self.node = ros.make(ControllerNode, {"limits.motion_delay": 0.4})
         self._plans = ros.publisher(Path, "plan", NEWEST)
         self._statuses = ros.publisher(GoalStatus, "goal_status", LATCHED)
         self.plans_on = False
@@ -83,8 +82,7 @@ class Bench:
         return self.ros.wait_until(lambda: not self.moves() and reason in self.states[-1].message)
 
 
-def is_moving(command) -> bool:
-    twist = getattr(command, "twist", command)
+def is_moving(twist) -> bool:
     return twist.linear.x != 0.0 or twist.linear.y != 0.0 or twist.angular.z != 0.0
 
 

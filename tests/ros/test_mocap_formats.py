@@ -20,7 +20,6 @@ from collplan_ros.nodes.mocap_node import MocapNode
 
 # Messages of packages that are not among the wheels, with the same fields.
 
-
 NamedPose = make_dataclass("NamedPose", ["name", "pose"])
 NamedPoseArray = make_dataclass("NamedPoseArray", ["header", "poses"])
 RigidBody = make_dataclass("RigidBody", ["rigid_body_name", "pose"])
@@ -37,17 +36,13 @@ FAKES = {
 HEADER = header(5.25, "map")
 
 
-def fake(monkeypatch, package):
-    module = ModuleType(f"{package}.msg")
-    setattr(module, FAKES[package].__name__, FAKES[package])
-    monkeypatch.setitem(sys.modules, package, ModuleType(package))
-    monkeypatch.setitem(sys.modules, f"{package}.msg", module)
-
-
 @pytest.fixture
 def everything_installed(monkeypatch):
-    for package in FAKES:
-        fake(monkeypatch, package)
+    for package, kind in FAKES.items():
+        module = ModuleType(f"{package}.msg")
+        setattr(module, kind.__name__, kind)
+        monkeypatch.setitem(sys.modules, package, ModuleType(package))
+        monkeypatch.setitem(sys.modules, f"{package}.msg", module)
 
 
 def placed(pose):

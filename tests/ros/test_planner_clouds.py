@@ -19,7 +19,6 @@ from collplan_ros.messages.planner_clouds import (
     LAYERS,
     PREDICTED,
     REMEMBERED,
-    compared_to_message,
     inferred_lines,
     seen_layers,
     seen_to_message,
@@ -56,20 +55,6 @@ def test_what_is_seen_comes_back(cycle):
     np.testing.assert_allclose(layers[REMEMBERED].reshape(-1, 4), pieces, rtol=FLOAT32)
     inferred = np.zeros((0, 2)) if remembered is None else inferred_lines(remembered, SETTINGS)
     np.testing.assert_allclose(layers[INFERRED], inferred, rtol=FLOAT32, atol=1e-7)
-
-
-def test_what_was_compared_comes_back(cycle):
-    _, plan, _ = cycle
-    candidates = plan.candidates
-    compared = compared_from_message(over_the_wire(compared_to_message(candidates, 3.25, "map")), "map")
-    if candidates.paths:
-        assert len(compared.rows) == 0
-        assert len(compared.paths) == sum(len(path) > 1 for path in candidates.paths) > 3
-        return
-    assert len(compared.rows) == len(candidates.costs) > 10
-    # the plan's own terms are those of the cheapest, which comes first
-    assert np.argmin(compared.terms["total"]) == 0
-    assert {name: values[0] for name, values in compared.terms.items()} == pytest.approx(plan.terms, rel=1e-3, abs=1e-6)
 
 
 @QUICK

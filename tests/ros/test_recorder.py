@@ -1,6 +1,5 @@
 """What a run's log says does not depend on when its messages were taken."""
 
-import tempfile
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
@@ -124,17 +123,6 @@ def test_time_zero_is_when_the_first_command_to_move_was_sent():
     assert {c.maneuver for c in log.commands if not c.vx} == {"stopped"}
 
 
-@given(st.randoms(use_true_random=False))
-@settings(max_examples=10)
-def test_no_order_of_taking_changes_the_log_or_the_trajectory(random):
-    order = in_time()
-    random.shuffle(order)
-    shuffled, prompt = recorded(order), recorded(in_time())
-    assert shuffled == prompt
-    with tempfile.TemporaryDirectory() as folder:
-        assert trajectory(shuffled, Path(folder)) == trajectory(prompt, Path(folder))
-
-
 TOLERANCE = Settings().planner.goal_tolerance
 GOAL = np.array([ARRIVAL - FIRST_MOVE + TOLERANCE - 0.004, 0.0])
 """The pose at ARRIVAL is the first one within the tolerance of it."""
@@ -175,7 +163,7 @@ def comparable(log: RunLog) -> RunLog:
 
 
 @given(st.randoms(use_true_random=False), st.integers(1, 300))
-@settings(max_examples=10)
+@settings(max_examples=20)
 def test_the_log_ends_with_the_pose_that_arrived_whatever_was_taken_when(random, patience):
     prompt = [topic for _, topic in sorted((sent, topic) for topic, rows in driven_on().items() for sent, _ in rows)]
     log = recorded_to_the_end(prompt, 1)

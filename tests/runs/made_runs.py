@@ -23,12 +23,7 @@ from collplan_ros.messages.planner_clouds import impact_to_cloud, plan_to_messag
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
 from collplan_ros.run.description import GOAL as GOAL_GIVEN
-from collplan_ros.run.run_log import (
-    PoseRow,
-    RunLog,
-    SentCommand,
-    SentManeuver,
-)
+from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentManeuver
 from collplan_ros.run.schemas import schema_text, type_name
 from collplan_ros.run.writer import RECORDING, RecordingFile
 
@@ -68,12 +63,8 @@ def bouncing_run() -> RunLog:
         if k % 5 == 0:
             log.sent_commands.append(SentCommand(77.0 + t, 0.3 if t > 0.12 else 0.0, 0.0, 0.0))
         if k % 20 == 0:
-            touch = Contacts(
-                np.array([EPOCH + HIT_AT + 0.02]),
-                np.array([[WALL, 0.12]]),
-                np.array([[-0.6, 0.8]]),
-                np.array([[-1.0, 0.0]]),
-            )
+            touched, after = np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]])
+            touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), touched, after, BACK[None])
             log.plans[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.impacts.append(HIT)
@@ -88,7 +79,6 @@ def detected_only(log: RunLog) -> RunLog:
 def write_recording(
     folder: Path,
     log: RunLog,
-    goal: np.ndarray = GOAL,
     said: Sequence[Said] = (),
     world: World | None = None,
     namespace: str = "",
@@ -100,7 +90,7 @@ def write_recording(
         file.attach(WORLD, YAML, world_text(world))
     file.describe(RUN, {"simulated": "true", "namespace": namespace or "/", CLOCK: str(round(1e9 * AHEAD))})
     file.describe(BEGIN, {"simulated": "true"})
-    file.describe(GOAL_GIVEN, {"sent": "0.0", "x": repr(float(goal[0])), "y": repr(float(goal[1]))})
+    file.describe(GOAL_GIVEN, {"sent": "0.0", "x": str(GOAL[0]), "y": str(GOAL[1])})
     for number, (sent, topic, message) in enumerate(sorted([*_said(log), *said], key=lambda row: row[0]), 1):
         kind = type_name(type(message))
         channel = file.channel(topic if topic.startswith("/") else f"{namespace}/{topic}", kind, schema_text(kind), {})

@@ -51,11 +51,12 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     assert_same(run.log, log)
     for contacts, expected in zip(run.log.plans.values(), log.plans.values(), strict=True):
         np.testing.assert_allclose(contacts.times, expected.times, atol=1e-6)
-    assert (run.log.simulated, run.note.startswith(f"{killed}: incomplete")) == (True, True)
-    shown, impacts = read_run(killed), impacts_of(log, WINDOW)
-    assert shown.end.words == "incomplete"
-    np.testing.assert_allclose(shown.impacts.speeds, impacts.speeds, atol=1e-6)
-    assert shown.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()
+    assert (run.log.simulated, run.note.startswith(f"{killed}: incomplete"), run.end.words) == (
+        True,
+        True,
+        "incomplete",
+    )
+    np.testing.assert_allclose(run.impacts.speeds, impacts_of(log, WINDOW).speeds, atol=1e-6)
     assert {path: path.stat().st_mtime_ns for path in killed.iterdir()} == before
 
 
@@ -91,11 +92,8 @@ def test_what_another_tool_has_rewritten_is_read_for_what_it_holds(tmp_path):
     for marks in ("first", "last"):
         run = read_run(rewritten(tmp_path / "own", tmp_path / marks, marks))
         assert_same(run.log, bouncing_run())
-        assert (run.log.simulated, run.namespace, list(run.lacks)) == (
-            True,
-            "/robot1",
-            ["parameters.yaml", "world.yaml"],
-        )
+        assert (run.log.simulated, run.namespace) == (True, "/robot1")
+        assert list(run.lacks) == ["parameters.yaml", "world.yaml"]
         assert run.log.goals == read_run(tmp_path / "own").log.goals
     run = read_run(rewritten(tmp_path / "own", tmp_path / "none", "none"))
     assert (len(run.log.poses), run.log.poses[-1].stamp, run.namespace) == (200, last.stamp, "/robot1")

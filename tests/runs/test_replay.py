@@ -90,8 +90,8 @@ def test_a_trials_journal_whose_last_line_is_cut_off_is_not_replayed_as_a_whole_
 def test_a_difference_is_shown_and_what_has_changed_since(rows, replay):
     for row in rows[1:3]:
         row["made_with"]["numpy"] = "0.9"
-    call = next(call for row in rows for call in row.get("calls", ()) if "command" in (call.get("result") or ()))
-    call["result"]["command"]["yaw_rate"] = 9.0
+    ticks = [call for row in rows for call in row.get("calls", ()) if "command" in (call.get("result") or ())]
+    ticks[-1]["result"]["command"]["yaw_rate"] = 9.0
     code, said, _ = replay(rows)
     assert code == DIFFERENT
     assert "then at " in said

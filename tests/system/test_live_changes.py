@@ -143,7 +143,6 @@ SCENES = {
         ("corridor", "mixed", {}, not_told, 0.8, 1.0),
         ("corridor", "mixed", {}, poses_fail, 1.0, 0.5),
         ("corridor", "mixed", {}, leaps, 1.0, 0.5),
-        ("random:0", "mixed", {}, through_walls, 0.8, LONGEST),
         ("corridor", "mixed", {}, through_walls, 0.8, LONGEST),
     ),
 }

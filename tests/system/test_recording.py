@@ -75,6 +75,6 @@ def test_every_topic_of_the_graph_is_in_it(ran):
 def test_it_says_what_the_run_was(ran):
     path = ran[0] / RECORDING
     assert attachment(path, "parameters.yaml") == (ran[0] / "parameters.yaml").read_text()
-    assert "name: corridor" in attachment(path, "world.yaml")
+    assert 'name: "corridor"' in attachment(path, "world.yaml")
     assert (description(path, "run")["simulated"], description(path, "run")["namespace"]) == ("true", "/")
     assert description(path, "version").keys() >= {"collplan-core", "numpy", "numba", "python", "sources"}
