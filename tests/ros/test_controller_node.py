@@ -123,8 +123,9 @@ def test_a_trajectory_is_followed_before_the_path_of_its_stamp_which_may_be_lost
     bench.publish(Path, "plan", plan_to_path(plan, "map"), NEWEST)
     ros.spin(1.5)  # more than limits.plan_age
     assert ros.wait_until(bench.moves), bench.states
-    # its last word
-    ros.spin(0.02)
+    # its last word, with no other command under way
+    ros.hold(bench.node)
+    ros.spin(0.1)
     bench.node.stop()
     last = len(bench.commands)
     assert ros.wait_until(lambda: len(bench.commands) > last)

@@ -30,12 +30,10 @@ def sent_in_a_run():
     yield "planner/seen", 0.3, seen_to_message(LAYERS, EPOCH + 0.25, "map")
     yield "planner/compared", 0.3, compared_to_message(candidates, EPOCH + 0.25, "map")
     yield "planner/compared", 0.6, compared_to_message(rollouts, EPOCH + 0.55, "map")
-    yield "planner/costs", 0.4, DiagnosticArray(status=[status("planner", b"\0", "", planning_time_ms="12.5")])
-    yield (
-        "controller/state",
-        0.5,
-        status("/controller_node", b"\0", "", maneuver="free_space", reason="", plan_stamp="1.0"),
-    )
+    costs = status("planner", b"\0", "", planning_time_ms="12.5", strategy="bounce", time="3.25")
+    yield "planner/costs", 0.4, DiagnosticArray(status=[costs])
+    doing = {"maneuver": "free_space", "reason": "free space", "plan_stamp": "1.0"}
+    yield "controller/state", 0.5, status("/controller_node", b"\0", "", **doing)
     yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/robot1/mocap_node", b"\1", "<b>late</b>", poses="12")])
     yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/robot2/mocap_node", b"\2", "another robot's")])
 
