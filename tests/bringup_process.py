@@ -44,12 +44,10 @@ def wait_for(condition):
 class Run:
     """A bringup process that cannot outlive its test."""
 
-    def __init__(self, out: Path, *options: str, code: str = "") -> None:
-        """`code` is a program that takes the place of bringup's own."""
+    def __init__(self, out: Path, *options: str) -> None:
         self.out = out
         self.output = out.with_suffix(".txt")
-        program = ["-c", code] if code else ["-m", "collplan_ros.bringup.main"]
-        command = [sys.executable, *program, "--out", str(out), *options]
+        command = [sys.executable, "-m", "collplan_ros.bringup.main", "--out", str(out), *options]
         self.process = subprocess.Popen(command, stdout=self.output.open("wb"), stderr=subprocess.STDOUT)
 
     def __enter__(self):

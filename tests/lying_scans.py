@@ -111,7 +111,6 @@ def lying_trial(lie: Lie | None, world: str, strategy: str, seed: int, shift: fl
 
 
 def impact_speed(impact) -> float:
-    """Speed into the wall [m/s]."""
     return float(-impact.velocity_before @ impact.normal)
 
 

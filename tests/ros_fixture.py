@@ -43,7 +43,6 @@ class RosGraph:
         self._executor.remove_node(node)
 
     def remove(self, node: Any) -> None:
-        """Ends a node as if its process had ended."""
         self._executor.remove_node(node)
         self._nodes.remove(node)
         if node is self._robot:
@@ -91,7 +90,6 @@ class RosGraph:
         return publisher
 
     def call(self, service_type: type, name: str, request: Any = None, timeout: float = PATIENCE) -> Any:
-        """The answer of a service."""
         client = self.probe.create_client(service_type, name)
         assert self.wait_until(client.service_is_ready, timeout), f"no service {name}"
         future = client.call_async(service_type.Request() if request is None else request)

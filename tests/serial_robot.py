@@ -22,10 +22,6 @@ start: [0.0, 0.0]
 """
 
 
-RESUME_PERIOD = 0.05
-"""Between two calls of resume [s]."""
-
-
 def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = x, y, yaw_rate
@@ -47,7 +43,7 @@ def let_move(ros) -> Iterator[None]:
             client.call_async(Trigger.Request())
 
     subscription = ros.probe.create_subscription(DiagnosticStatus, "robot/state", take, LATCHED)
-    timer = ros.probe.create_timer(RESUME_PERIOD, resume)
+    timer = ros.probe.create_timer(0.05, resume)
     assert ros.wait_until(lambda: states and states[-1] == "free", 60.0), states
     yield
     ros.probe.destroy_timer(timer)
@@ -56,38 +52,27 @@ def let_move(ros) -> Iterator[None]:
 
 
 class SerialRobot:
-    """Both nodes, commands to them, and what they say."""
-
-    def __init__(self, ros, folder: Path, with_emulator: bool = True, with_driver: bool = True, **parameters) -> None:
+    def __init__(self, ros, folder: Path, **parameters) -> None:
         self.ros = ros
         world = folder / "hall.yaml"
         world.write_text(HALL)
-        self.path = folder / "serial"
-        self.parameters = {
-            "simulator.world": str(world),
-            "simulator.noise": 0.0,
-            "driver.port": str(self.path),
-            "emulator.link": str(self.path),
-            **parameters,
-        }
+        line = str(folder / "serial")
+        own = {"simulator.world": str(world), "simulator.noise": 0.0, "driver.port": line, "emulator.link": line}
+        self.parameters = {**own, **parameters}
         self.reports: dict[str, DiagnosticStatus] = {}
-        self.history: list[DiagnosticStatus] = []
         self.odometry = ros.listen(Odometry, "ground_truth/odom", EVENT)
         ros.probe.create_subscription(DiagnosticArray, "/diagnostics", self._take_report, DIAGNOSTICS_SUBSCRIBED)
-        self.emulator = ros.make(FirmwareEmulator, self.parameters) if with_emulator else None
-        self.driver = ros.make(DriverNode, self.parameters) if with_driver else None
+        self.emulator = ros.make(FirmwareEmulator, self.parameters)
+        self.driver = ros.make(DriverNode, self.parameters)
         self.commands = ros.probe.create_publisher(Twist, "cmd_vel", NEWEST)
 
     def _take_report(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            self.reports[status.name] = status
-            self.history.append(status)
+        self.reports.update({status.name: status for status in message.status})
 
     def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         assert self.ros.wait_until(condition, timeout), f"waited in vain; {self.said}"
 
     def ready(self) -> None:
-        """Until the driver would let a person let it move."""
         self.until(lambda: not self.driver.link.trouble() and self.commands.get_subscription_count() > 0)
 
     def go_until(self, condition: Callable[[], object], **velocity) -> None:
@@ -95,16 +80,15 @@ class SerialRobot:
         with let_move(self.ros):
             self.drive_until(condition, **velocity)
 
-    def drive_until(self, condition: Callable[[], object], message: Twist | None = None, **velocity) -> None:
+    def drive_until(self, condition: Callable[[], object], **velocity) -> None:
         """Sends the command at 20 Hz until the condition holds."""
-        message = twist(**velocity) if message is None else message
+        message = twist(**velocity)
         timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
         self.commands.publish(message)
         self.until(condition)
         self.ros.probe.destroy_timer(timer)
 
     def ask(self, faults: str) -> None:
-        """Sets the emulator's faults."""
         (result,) = self.emulator.set_parameters([Parameter("emulator.faults", value=faults)])
         assert result.successful, result.reason
 
@@ -125,7 +109,6 @@ class SerialRobot:
 
     @property
     def stop_latched(self) -> bool:
-        """Whether the firmware has told that it has latched an emergency stop."""
         telemetry = self.driver.link.session.telemetry
         return telemetry is not None and bool(telemetry.status & ESTOP_LATCHED)
 
@@ -140,12 +123,7 @@ class SerialRobot:
 
     @property
     def state(self) -> str:
-        """What the driver says of itself: free, held or stopped."""
         return str(self.driver.contract.counts["state"])
-
-    @property
-    def stop_age(self) -> float:
-        return float(self.value("firmware_emulator", "stop_age"))
 
     @property
     def stop_cause(self) -> str:

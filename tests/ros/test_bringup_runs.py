@@ -91,7 +91,6 @@ class Played:
         self.succeed() if self.goals == 1 else os.kill(os.getpid(), signal.SIGINT)
 
     def log(self):
-        """In the name of its own nodes and of others."""
         for name, level, text in LOGGED:
             self.out["/rosout"].publish(Log(name=name, level=level, msg=text))
 
@@ -108,7 +107,6 @@ LOGGED = (
 
 @pytest.fixture
 def options(tmp_path, monkeypatch):
-    """Options of a bringup that starts one process only, which does nothing."""
     (tmp_path / "node").write_text("#!/bin/sh\nexec sleep 60\n")
     (tmp_path / "node").chmod(0o755)
     (tmp_path / "set.yaml").write_text("/**: {ros__parameters: {trial.timeout: 1.0, mocap.topic: /vicon/body}}\n")
@@ -189,7 +187,6 @@ def test_with_a_kept_emergency_stop_no_goal_is_given_and_it_is_said_how_to_clear
 
 
 def test_without_poses_it_is_said_where_they_were_expected(played, options):
-    """Beside another robot's nodes of the same names."""
     watching.INPUT_PATIENCE = 0.5
     before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
     result = run(replace(options, network="subnet", namespace="/robot1"))

@@ -65,8 +65,7 @@ def test_commands_without_end_do_not_outrun_the_cap():
     check = CommandCheck(Settings().with_values({"cap.acceleration": 10.0}))
     for n in range(100):
         velocity, _ = check.followed(twist(1.2, 0.0), 1.0 + 1e-4 * n)
-    first = 0.5  # after silence: one period of the controller
-    assert velocity[0] <= first + 10.0 * 1e-2
+    assert velocity[0] <= 0.5 + 10.0 * 1e-2  # after silence: one period of the controller
 
 
 def test_as_shipped_a_rebound_reverses_the_command_within_a_control_period():

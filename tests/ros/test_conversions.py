@@ -38,7 +38,6 @@ stamps = st.integers(0, 2 * 10**18).map(lambda nanoseconds: nanoseconds / 1e9)
 
 
 def sent(message):
-    """The message after serialisation, as a listener receives it."""
     return deserialize_message(serialize_message(message), type(message))
 
 
@@ -62,17 +61,10 @@ def test_yaw_survives_a_quaternion(yaw):
     assert r.yaw_of(turned.x, turned.y, turned.z, turned.w) == pytest.approx(yaw, abs=1e-12)
 
 
-def test_quaternions_that_are_none():
-    for x, y, z, w in ((0.0,) * 4, (0.0, 0.0, 0.0, 1.1), (math.nan, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 1.0)):
-        with pytest.raises(r.MessageError, match="orientation"):
-            r.yaw_of(x, y, z, w)
-
-
 # ---- poses
 
 
 def test_odometry_says_how_far_off_it_may_be():
-    """6 x 6, row by row, x, y, z and the turns about them: what nobody measured is not certain."""
     state = State(0.0, np.zeros(2), np.array([0.0, 0.7]), math.pi / 2)
     deviations = Deviations(0.1, 0.2, 0.3, 0.4)
     message = sent(c.state_to_odometry(state, "map", "base_link", -1.5, deviations))
@@ -88,10 +80,8 @@ def test_odometry_says_how_far_off_it_may_be():
 
 BAD_ODOMETRY = (
     (lambda m: setattr(m.header, "frame_id", "odom"), "header.frame_id"),
-    (lambda m: setattr(m, "child_frame_id", ""), "child_frame_id"),
     (lambda m: setattr(m.pose.pose.position, "y", math.nan), "pose.position"),
-    (lambda m: setattr(m.twist.twist.linear, "x", math.inf), "twist.linear"),
-    (lambda m: setattr(m.pose.pose.orientation, "w", 0.0), "orientation"),
+    (lambda m: setattr(m.pose.pose.orientation, "w", 1.1), "orientation"),
 )
 
 
@@ -170,42 +160,17 @@ def test_a_scan_without_a_largest_range_has_none():
     maps = [build_local_map(scan, state, Settings().robot, Settings().local_map) for scan in scans]
     assert maps[0].walls.tolist() == maps[1].walls.tolist() == maps[2].walls.tolist()
     np.testing.assert_array_equal(maps[0].border_points, maps[2].border_points)
-    for limits in (
-        {"range_max": math.nan},
-        {"range_max": -math.inf},
-        {"range_max": 0.01, "range_min": 0.05},
-        {"range_min": math.nan},
-        {"range_min": math.inf, "range_max": math.inf},
-        {"range_min": -math.inf},
-        {"range_min": -0.1, "range_max": math.inf},
-    ):
+    for limits in ({"range_max": math.nan}, {"range_min": math.inf, "range_max": math.inf}):
         with pytest.raises(ScanError, match=r"range_max.*finite"):
             scan_from_message(driver_message(**limits), "base_link")
-
-
-@pytest.mark.parametrize("open_share", [0.0, 0.3, 0.9, 1.0])
-def test_beams_that_show_nothing_make_the_same_map_without_a_largest_range(open_share):
-    n = 360
-    ranges = np.where(np.arange(n) < open_share * n, np.inf, 2.0 + 0.01 * np.sin(np.arange(n)))
-    state = State(0.0, np.zeros(2), np.zeros(2), 0.0)
-    scans = [Scan(0.0, -math.pi, math.tau / n, 0.05, most, ranges) for most in (12.0, math.inf)]
-    limited, unlimited = (build_local_map(scan, state, Settings().robot, Settings().local_map) for scan in scans)
-    np.testing.assert_array_equal(limited.border_points, unlimited.border_points)
-    np.testing.assert_array_equal(limited.walls, unlimited.walls)
-    assert np.isfinite(unlimited.border_points).all()
 
 
 @pytest.mark.parametrize(
     ("fields", "taken", "expected"),
     [
         ({"time_increment": 0.0, "scan_time": -1.0}, {}, "scan_time: got -1"),
-        ({"time_increment": 0.0, "scan_time": math.nan}, {}, "scan_time: got nan"),
-        ({"time_increment": 0.0, "scan_time": math.inf}, {}, "scan_time: got inf"),
         ({"time_increment": math.nan}, {}, "time_increment: got nan"),
-        ({"time_increment": -math.inf}, {}, "time_increment: got -inf"),
-        ({"time_increment": math.nan}, {"instant": True}, ""),
-        ({"time_increment": 153333.0, "scan_time": -5.0}, {"instant": True}, ""),
-        ({"time_increment": 0.0, "scan_time": 0.3333}, {"instant": True}, ""),
+        ({"time_increment": math.nan, "scan_time": -5.0}, {"instant": True}, ""),
         ({"time_increment": 2.5e-4, "scan_time": math.nan}, {}, ""),
     ],
 )
@@ -222,19 +187,14 @@ def test_times_of_a_scan_that_cannot_be_are_named_and_not_read_where_it_is_of_on
     ("ranges", "taken", "share"),
     [
         ([0.0, 2.0, 2.0, 2.0, 2.0], {}, "20%"),
-        ([0.0] * 5, {}, "100%"),
         ([0.01, 0.0, 2.0, 2.0, 2.0], {"codes_below": 0.02}, "40%"),
         ([0.0, 2.0, 2.0, 2.0, 2.0], {"zero": "lost"}, ""),
-        ([0.0, 2.0, 2.0, 2.0, 2.0], {"zero": "free"}, ""),
         # codes other than 0
         ([0.001, 0.05, 2.0, 2.0, 2.0], {}, "40%"),
-        ([0.03, 0.03, 2.0, 2.0], {"zero": "lost", "codes_below": 0.02}, "50%"),
         ([0.02, 0.01, 2.0, 2.0], {"zero": "lost", "codes_below": 0.02}, ""),
         # the robot's own parts, beams 0.0 to 1.0 rad
         ([0.0, 0.0, 0.05, 2.0, 2.0, 2.0], {"masked_angles": (-0.1, 1.1)}, ""),
         ([0.0, 0.0, 0.05, 0.0, 2.0, 2.0], {"masked_angles": (-0.1, 1.1)}, "33%"),
-        ([0.0, 0.0], {"masked_angles": (-0.1, 1.1)}, ""),
-        ([0.1, 0.1, 2.0], {}, ""),
         ([0.0, *[2.0] * 30], {}, ""),
         ([-math.inf, math.nan, 2.0, 2.0], {}, ""),
         ([], {}, ""),
@@ -244,23 +204,6 @@ def test_many_ranges_below_range_min_are_suspicious(ranges, taken, share):
     said = suspiciously_near(LaserScan(ranges=ranges, range_min=0.1, angle_increment=0.5), ScanInput(**taken))
     assert said.startswith(share)
     assert ("scan.zero" in said) == bool(share)
-
-
-BAD_SCANS = (
-    *(("angle_max", value) for value in (0.0, math.nan)),
-    *(("angle_increment", value) for value in (0.0, math.nan, 0.5)),
-    *(("angle_min", math.inf), ("time_increment", math.nan), ("range_max", 0.0), ("range_min", math.nan)),
-    *(("ranges", value) for value in ([], [math.nan] * 360, [-1.0] * 360, [1.0] * 180)),
-)
-
-
-def test_scans_that_are_refused():
-    for field, value in BAD_SCANS:
-        scan = Scan(0.0, -math.pi, 2 * math.pi / 360, 0.02, 5.0, np.full(360, 1.0))
-        message = c.scan_to_message(scan, "base_link")
-        setattr(message, field, value)
-        with pytest.raises(ScanError):
-            pytest.fail(f"{field} {value}: {scan_from_message(message, 'base_link')}")
 
 
 def test_the_frame_of_scans():
@@ -290,7 +233,6 @@ def instants(scan):
 
 
 def test_drivers_that_turn_the_order_of_their_beams_or_stamp_the_end_of_the_sweep():
-    """sllidar_ros2: header.stamp is of the beam that was measured first and stands last."""
     scan = scan_from_message(driver_message(), "base_link", ScanInput(backwards=True))
     np.testing.assert_allclose(instants(scan), 7.0 + 0.1 / 400 * np.arange(400)[::-1], atol=1e-6)
     scan = scan_from_message(driver_message(), "base_link", ScanInput(stamp_offset=-0.1))
@@ -298,12 +240,10 @@ def test_drivers_that_turn_the_order_of_their_beams_or_stamp_the_end_of_the_swee
 
 
 def test_a_driver_that_gives_the_time_of_a_turn_alone():
-    half = {"angle_min": 0.0, "angle_max": math.pi, "angle_increment": math.pi / 199, "ranges": [2.0] * 200}
-    scan = scan_from_message(driver_message(time_increment=0.0, **half), "base_link")
-    assert instants(scan)[-1] - 7.0 == pytest.approx(0.05, rel=0.01)
-    clockwise = {"angle_min": math.pi, "angle_max": 0.0, "angle_increment": -math.pi / 199, "ranges": [2.0] * 200}
-    scan = scan_from_message(driver_message(time_increment=0.0, **clockwise), "base_link")
-    assert instants(scan)[-1] - 7.0 == pytest.approx(0.05, rel=0.01)
+    for first, last in ((0.0, math.pi), (math.pi, 0.0)):  # counter-clockwise and clockwise
+        half = {"angle_min": first, "angle_max": last, "angle_increment": (last - first) / 199, "ranges": [2.0] * 200}
+        scan = scan_from_message(driver_message(time_increment=0.0, **half), "base_link")
+        assert instants(scan)[-1] - 7.0 == pytest.approx(0.05, rel=0.01)
     assert scan_from_message(driver_message(time_increment=0.0, scan_time=0.0), "base_link").time_increment == 0.0
 
 
@@ -314,7 +254,6 @@ READINGS = st.one_of(st.sampled_from([0.0, 0.001, 0.005, 0.018, 0.019, 0.02, mat
 @given(st.lists(READINGS, max_size=40), st.sampled_from(["near", "lost", "free"]))
 @FEW
 def test_codes_that_come_as_distances_mean_what_zero_means(readings, zero):
-    """Nothing else changes, a range that the device can measure least of all."""
     message = driver_message(ranges=[*readings, *[2.0] * (400 - len(readings))], range_min=0.02)
     taken = ScanInput(zero=zero, codes_below=HOKUYO["scan.codes_below"])
     told = np.array(message.ranges)
@@ -338,28 +277,20 @@ def rplidar(ranges):
     return driver_message(ranges=np.where((ranges < 0.15) | (ranges > 8.0), np.inf, ranges).tolist())
 
 
-def test_range_max_itself_is_no_hit_and_lost_where_infinite_is():
-    ranges = [8.0, 8.000001, 9.0, *[2.0] * 397]
-    for infinite, means in (("free", math.inf), ("lost", math.nan)):
-        scan = scan_from_message(driver_message(ranges=ranges), "base_link", ScanInput(infinite=infinite))
-        np.testing.assert_array_equal(scan.ranges[:4], [means, means, math.nan, 2.0])
-
-
 def test_what_infinite_ranges_and_those_of_zero_mean():
-    message = driver_message(ranges=[math.inf, 9.0, 0.1, math.nan, 0.0] + [2.0] * 395)
+    message = driver_message(ranges=[math.inf, 9.0, 0.1, math.nan, 0.0, 8.0] + [2.0] * 394)
     for taken, first, last in (
         (ScanInput(infinite="free", zero="near"), math.inf, -math.inf),
         (ScanInput(infinite="lost", zero="lost"), math.nan, math.nan),
         (ScanInput(zero="free"), math.inf, math.inf),
     ):
         ranges = scan_from_message(message, "base_link", taken).ranges
-        np.testing.assert_array_equal(ranges[:6], [first, math.nan, -math.inf, math.nan, last, 2.0])
+        np.testing.assert_array_equal(ranges[:7], [first, math.nan, -math.inf, math.nan, last, first, 2.0])
 
 
 @given(distance=st.floats(0.091, 0.149), place=st.integers(0, 399))
 @FEW
 def test_what_the_shipped_set_of_a_lidar_does_not_measure_close_by_is_not_free(distance, place):
-    """A wall that the robot all but touches: the beams that would show it measure nothing."""
     angles = -math.pi + 2 * math.pi / 400 * np.arange(400)
     ahead = np.cos(angles - angles[place])
     ranges = np.minimum(np.where(ahead > 0.0, distance / np.maximum(ahead, 1e-9), 2.0), 2.0)

@@ -1,5 +1,6 @@
-"""The learnt drive in messages: every number comes through bit for bit, as planner and controller must not differ."""
+"""The learnt drive in messages, bit for bit, as planner and controller must not differ; what the controller does."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -8,13 +9,14 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from hypothesis import given
 from hypothesis import strategies as st
 
+from collplan_core.command import BOUNDARY_FOLLOWING, FREE_SPACE, HAND, MANEUVERS, STOPPED, WAITING, Command
 from collplan_core.learning.drive import Drive, Learnt, LearntDrive
 from collplan_core.plan import timed_path
 from collplan_core.replay.values import decode, encode
 from collplan_ros.messages.cloud_reading import plan_from_message
 from collplan_ros.messages.planner_clouds import plan_to_message
 from collplan_ros.messages.reading import MessageError
-from collplan_ros.messages.states import drive_to_message
+from collplan_ros.messages.states import command_in_words, command_to_state, drive_to_message
 from collplan_ros.messages.status_values import DRIVE, drive_figures
 
 DRIVES = st.builds(Drive, st.floats(0.1, 20.0), st.floats(0.0, 1.0), st.floats(0.0, 0.3))
@@ -54,15 +56,43 @@ def test_a_drive_that_is_not_what_is_set_is_a_warning():
 
 
 @pytest.mark.parametrize(
-    "values", [{}, {"max_acceleration": "1.5"}, dict.fromkeys(DRIVE, "nan"), dict.fromkeys(DRIVE, "x")]
+    "values", [{"max_acceleration": "1.5"}, dict.fromkeys(DRIVE, "nan"), dict.fromkeys(DRIVE, "x")]
 )
 def test_figures_that_are_none_are_refused(values):
     message = DiagnosticStatus(values=[KeyValue(key=key, value=value) for key, value in values.items()])
     with pytest.raises(MessageError):
         drive_figures(message)
-
-
-def test_a_drive_that_is_not_finite_is_refused():
-    message = plan_to_message(replace(PLAN, drive=(np.nan, 0.1, 0.0)), "map")
     with pytest.raises(MessageError):
-        plan_from_message(message, "map")
+        plan_from_message(plan_to_message(replace(PLAN, drive=(np.nan, 0.1, 0.0)), "map"), "map")
+
+
+def command(maneuver, reason="") -> Command:
+    return Command(np.zeros(2), 0.0, maneuver, np.zeros(2), reason)
+
+
+def test_by_hand_each_command_in_words():
+    table = [
+        (command(FREE_SPACE), "", "free space"),
+        (command(BOUNDARY_FOLLOWING), "", "boundary following"),
+        (command(FREE_SPACE, "keeps off a mover"), "", "free space, slowly: keeps off a mover"),
+        (command(HAND), "", "driven by hand"),
+        (command(HAND), "no scan", "driven by hand, slowly: no scan"),
+        (command(STOPPED, "no plan yet"), "", "stands still: no plan yet"),
+        (command(WAITING, "a mover"), "", "stands still: a mover"),
+    ]
+    for done, slowed, words in table:
+        assert command_in_words(done, slowed) == words
+
+
+def test_the_message_says_what_why_and_by_which_plan():
+    message = command_to_state(command(FREE_SPACE), "free space", 1.7e9 + 0.25, True, "/puck/controller_node")
+    assert (message.name, message.message) == ("/puck/controller_node", "free space")
+    assert {each.key: each.value for each in message.values} == {
+        "maneuver": FREE_SPACE,
+        "reason": "free space",
+        "plan_stamp": "1700000000.250000000",
+    }
+    for is_to_move, maneuver in itertools.product((False, True), (*MANEUVERS, HAND, WAITING)):
+        message = command_to_state(command(maneuver), "why", None, is_to_move, "/controller_node")
+        assert (message.level == DiagnosticStatus.WARN) == (is_to_move and maneuver in (STOPPED, WAITING)), maneuver
+        assert message.values[-1].value == "none"

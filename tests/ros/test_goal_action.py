@@ -19,8 +19,6 @@ SUCCEEDED, CANCELED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CA
 
 
 class SentGoal:
-    """A goal that a client has sent, and what it hears of it."""
-
     def __init__(self, bench, x: float, frame: str) -> None:
         self._wait_for = bench.wait_for
         self.feedback: list = []
@@ -35,18 +33,14 @@ class SentGoal:
         return self._end.done()
 
     def cancel(self) -> bool:
-        """Asks for the goal's end; whether that was accepted."""
         return bool(self._wait_for(self._handle.cancel_goal_async()).goals_canceling)
 
     def outcome(self) -> tuple[int, int, str]:
-        """Status, error code and reason, once the goal has ended."""
         end = self._wait_for(self._end)
         return end.status, end.result.error_code, end.result.error_msg
 
 
 class ActionBench:
-    """planner_node, a robot for it to plan for, and a client."""
-
     def __init__(self, ros, action) -> None:
         self.ros, self.action, self.robot = ros, action, FakeRobot(ros, hall())
         self.node = ros.make(PlannerNode, {"planner.map_period": 0.05})
@@ -61,7 +55,6 @@ class ActionBench:
         return SentGoal(self, x, frame)
 
     def driving(self, x: float = 2.0) -> SentGoal:
-        """A goal that the planner has begun to plan for."""
         goal = self.sent(x)
         assert goal.accepted
         assert self.ros.wait_until(lambda: goal.feedback)

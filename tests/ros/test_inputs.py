@@ -1,7 +1,7 @@
 """What a node says at the terminal about the topics it listens to."""
 
 import pytest
-from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped, TwistStamped, Vector3
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from ros_fixture import RosGraph
@@ -23,8 +23,6 @@ from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
 class Listening(Node):
-    """Listens to inputs of each need; what it is told to refuse, it refuses."""
-
     def __init__(self, **kwargs):
         super().__init__("listening", **kwargs)
         self.refuse = None
@@ -76,53 +74,34 @@ def test_ready_then_what_is_missing_then_what_comes_each_once(ros, terminal, nod
 
 @pytest.fixture
 def other_process():
-    """As good as one: a topic has one type in each."""
     graph = RosGraph()
     yield graph
     graph.close()
 
 
-def test_publishers_that_cannot_be_heard_are_told_with_the_reason(terminal, node, other_process):
-    other_process.probe.create_publisher(String, "scan", EVENT)
+def test_a_publisher_that_cannot_be_heard_is_told_with_the_reason(terminal, node, other_process):
     other_process.probe.create_publisher(String, "state", SENSOR_DATA)
-    for words in (
-        "no scan: 1 publisher, but of type std_msgs/msg/String, expected sensor_msgs/msg/LaserScan",
-        "on topic 'state', offering incompatible QoS",
-    ):
-        assert terminal.has(node, words), words
+    assert terminal.has(node, "on topic 'state', offering incompatible QoS")
 
 
 WRONG_TYPES = (
-    (ControllerNode, "hand/cmd_vel", TwistStamped, "Twist"),
-    (ControllerNode, "plan", PoseStamped, "nav_msgs/msg/Path"),
-    (ControllerNode, "robot/state", String, "DiagnosticStatus"),
-    (ControllerNode, "planner/heartbeat", String, "std_msgs/msg/Empty"),
-    (SimulatorNode, "cmd_vel", TwistStamped, "geometry_msgs/msg/Twist"),
-    (SimulatorNode, "goal_status", String, "GoalStatus"),
-    (PlannerNode, "goal_pose", PointStamped, "PoseStamped"),
-    (PlannerNode, "impact", Vector3, "Vector3Stamped"),
-    (MocapNode, "mocap/pose", PoseWithCovarianceStamped, "PoseStamped"),
-    (LidarNode, "mocap/odom", PoseStamped, "Odometry"),
-    (ControllerNode, "robot/resumed", String, "std_msgs/msg/Empty"),
-    (ControllerNode, "mocap/refused", PoseStamped, "std_msgs/msg/String"),
+    (ControllerNode, "hand/cmd_vel", TwistStamped, "geometry_msgs/msg/Twist"),
+    (SimulatorNode, "goal_status", String, "action_msgs/msg/GoalStatus"),
     (PlannerNode, "scan", PointCloud2, "sensor_msgs/msg/LaserScan"),
+    (MocapNode, "mocap/pose", PoseWithCovarianceStamped, "geometry_msgs/msg/PoseStamped"),
+    (LidarNode, "mocap/odom", PoseStamped, "nav_msgs/msg/Odometry"),
 )
 
 
-def test_every_input_of_every_node_names_messages_of_another_type(ros, terminal, other_process):
-    for node_class in dict.fromkeys(row[0] for row in WRONG_TYPES):
-        node = ros.make(node_class)
-        rows = [row[1:] for row in WRONG_TYPES if row[0] is node_class]
-        others = [other_process.probe.create_publisher(sent, topic, EVENT) for topic, sent, _ in rows]
-        for topic, sent, expected in rows:
-            words = f"{topic}: 1 publisher, but of type {type_name(sent)}, expected"
-            assert terminal.has(node, words), terminal.lines(node)
-            told = next(text for _, text in terminal.lines(node) if words in text).partition(words)[2].partition(";")[0]
-            assert expected in told
-            assert ("(controller.stamped_cmd_vel)" in told) == (sent is TwistStamped)
+def test_every_node_names_messages_of_another_type(ros, terminal, other_process):
+    for node_class, topic, sent, expected in WRONG_TYPES:
+        node, other = ros.make(node_class), other_process.probe.create_publisher(sent, topic, EVENT)
+        words = f"{topic}: 1 publisher, but of type {type_name(sent)}, expected {expected}"
+        assert terminal.has(node, words), terminal.lines(node)
+        if sent is TwistStamped:
+            assert terminal.has(node, "(controller.stamped_cmd_vel)")
         ros.remove(node)
-        for other in others:
-            other_process.probe.destroy_publisher(other)
+        other_process.probe.destroy_publisher(other)
 
 
 @pytest.mark.parametrize("has_clock", [False, True])
@@ -135,8 +114,7 @@ def test_a_node_on_simulated_time_without_a_clock_says_so(ros, terminal, has_clo
         steadily(ros, ros.publisher(sent, topic, SENSOR_DATA if sent is LaserScan else EVENT), sent())
     found = "1 publisher, nothing received later than 0 s" if has_clock else "0 publishers"
     for topic in topics:
-        words = f"{topic}: 1 publisher, but no /clock: {found}, and use_sim_time is true"
-        assert terminal.has(node, words), terminal.lines(node)
+        assert terminal.has(node, f"{topic}: 1 publisher, but no /clock: {found}, and use_sim_time is true")
 
 
 def test_what_is_refused_or_not_for_this_node_is_said_once_and_counted_as_its_kind(ros, terminal, node):

@@ -22,8 +22,6 @@ from node_health import NodeHealth
 
 
 class LidarBench:
-    """The node, a source of poses, and what it says."""
-
     def __init__(self, ros, parameters=None):
         self.ros = ros
         self.scans = ros.listen(LaserScan, "scan", SENSOR_DATA)

@@ -20,7 +20,6 @@ from collplan_ros.nodes.mocap_node import MocapNode
 
 # Messages of packages that are not among the wheels, with the same fields.
 
-
 NamedPose = make_dataclass("NamedPose", ["name", "pose"])
 NamedPoseArray = make_dataclass("NamedPoseArray", ["header", "poses"])
 RigidBody = make_dataclass("RigidBody", ["rigid_body_name", "pose"])
@@ -37,21 +36,16 @@ FAKES = {
 HEADER = header(5.25, "map")
 
 
-def fake(monkeypatch, package):
-    module = ModuleType(f"{package}.msg")
-    setattr(module, FAKES[package].__name__, FAKES[package])
-    monkeypatch.setitem(sys.modules, package, ModuleType(package))
-    monkeypatch.setitem(sys.modules, f"{package}.msg", module)
-
-
 @pytest.fixture
 def everything_installed(monkeypatch):
-    for package in FAKES:
-        fake(monkeypatch, package)
+    for package, kind in FAKES.items():
+        module = ModuleType(f"{package}.msg")
+        setattr(module, kind.__name__, kind)
+        monkeypatch.setitem(sys.modules, package, ModuleType(package))
+        monkeypatch.setitem(sys.modules, f"{package}.msg", module)
 
 
 def placed(pose):
-    """The pose that every message here holds for the robot."""
     pose.position.x, pose.position.y, pose.position.z = 1.0, 2.0, 0.1
     pose.orientation.z, pose.orientation.w = math.sin(0.2), math.cos(0.2)
     return pose
@@ -124,8 +118,6 @@ def test_a_body_among_several_needs_a_name(everything_installed):
 
 
 class Unfed(MocapNode):
-    """Keeps the topic of its poses, whose type may be a fake."""
-
     def create_subscription(self, message_type, topic, callback, qos, **kwargs):
         if topic != self.get_parameter("mocap.topic").value:
             return super().create_subscription(message_type, topic, callback, qos, **kwargs)

@@ -19,7 +19,6 @@ from collplan_ros.messages.planner_clouds import (
     LAYERS,
     PREDICTED,
     REMEMBERED,
-    compared_to_message,
     inferred_lines,
     seen_layers,
     seen_to_message,
@@ -58,20 +57,6 @@ def test_what_is_seen_comes_back(cycle):
     np.testing.assert_allclose(layers[INFERRED], inferred, rtol=FLOAT32, atol=1e-7)
 
 
-def test_what_was_compared_comes_back(cycle):
-    _, plan, _ = cycle
-    candidates = plan.candidates
-    compared = compared_from_message(over_the_wire(compared_to_message(candidates, 3.25, "map")), "map")
-    if candidates.paths:
-        assert len(compared.rows) == 0
-        assert len(compared.paths) == sum(len(path) > 1 for path in candidates.paths) > 3
-        return
-    assert len(compared.rows) == len(candidates.costs) > 10
-    # the plan's own terms are those of the cheapest, which comes first
-    assert np.argmin(compared.terms["total"]) == 0
-    assert {name: values[0] for name, values in compared.terms.items()} == pytest.approx(plan.terms, rel=1e-3, abs=1e-6)
-
-
 @QUICK
 @given(st.dictionaries(st.sampled_from(LAYERS), POINTS))
 def test_any_lines_come_back(layers):
@@ -83,15 +68,11 @@ def test_any_lines_come_back(layers):
 
 CHANGES = (
     lambda m: setattr(m.header, "frame_id", "odom"),
-    lambda m: setattr(m, "width", 5),
     lambda m: setattr(m, "width", 2**32 - 1),
-    lambda m: setattr(m, "point_step", 0),
     lambda m: setattr(m, "point_step", 4),
     lambda m: setattr(m, "is_bigendian", True),
-    lambda m: setattr(m, "fields", []),
     lambda m: setattr(m, "fields", m.fields[:2]),
     lambda m: setattr(m.fields[0], "datatype", 9),
-    lambda m: setattr(m.fields[0], "count", 3),
     lambda m: setattr(m.fields[0], "offset", 2**31),
     lambda m: setattr(m.fields[0], "name", "y"),
 )

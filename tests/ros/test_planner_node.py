@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty
@@ -29,7 +30,6 @@ from collplan_ros.messages.planner_clouds import FREE_SPACE
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.reading import movers_from_markers, seconds_from_stamp
-from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from collplan_ros.nodes.planner_outputs import PlannerOutputs
 from fake_robot import FakeRobot, hall
@@ -43,8 +43,6 @@ def identity(status):
 
 
 class PlannerBench:
-    """The node, a robot for it to plan for, and what it says."""
-
     def __init__(self, ros, world=None, **parameters):
         self.ros = ros
         self.plans = ros.listen(Path, "plan", EVENT)
@@ -59,7 +57,6 @@ class PlannerBench:
         assert ros.wait_until(lambda: self.statuses)
 
     def send_goal(self, goal=AHEAD, frame="map"):
-        """A goal, taken by the node before this returns; its first status."""
         known = {identity(status) for status in self.statuses}
         self.goals.publish(goal_to_message(goal, frame))
         assert self.ros.wait_until(lambda: [s for s in self.statuses if identity(s) not in known])
@@ -70,7 +67,6 @@ class PlannerBench:
         return self.statuses[-1]
 
     def wait_for_plan(self, after=0.0):
-        """The first plan from a pose later than `after`."""
         assert self.ros.wait_until(lambda: self._plans_after(after)), self.health.newest
         return self._plans_after(after)[0]
 
@@ -79,7 +75,6 @@ class PlannerBench:
         return [p for p in self.plans if seconds_from_stamp(p.header.stamp) > stamp + 1e-6]
 
     def assert_no_more_plans(self):
-        """None goes out from now on."""
         self.ros.spin(0.2)
         before = len(self.plans)
         self.ros.spin(0.25)
@@ -175,6 +170,20 @@ def test_a_goal_is_replaced_refused_and_canceled(ros, bench):
     bench.wait_for(GoalStatus.STATUS_CANCELED)
 
 
+def test_each_strategy_takes_over_from_any_other(ros):
+    few = {"time_to_goal__proposals": 20, "time_to_goal__time_budget": 1.0}
+    bench = PlannerBench(ros, planner__map_period=0.1, **few)
+    bench.send_goal()
+
+    def plans_by(strategy) -> int:
+        return [values_of(each)["strategy"] for each in bench.costs].count(strategy)
+
+    for strategy in ("harness", "bounce", "high_risk", "tolerate", "avoid", "low_risk", "stop_guarantee"):
+        assert bench.node.set_parameters([Parameter("planner.strategy", value=strategy)])[0].successful
+        assert ros.wait_until(lambda strategy=strategy: plans_by(strategy) > 1), strategy
+    assert bench.statuses[-1].status == GoalStatus.STATUS_EXECUTING
+
+
 def test_a_plan_may_take_a_share_of_the_period_or_the_time_budget_that_is_set():
     now = [100.0]
     until = deadlines(lambda: now[-1])
@@ -188,13 +197,6 @@ def test_a_plan_may_take_a_share_of_the_period_or_the_time_budget_that_is_set():
         assert not is_over(), values
         now.append(100.0 + 1.01 * budget)
         assert is_over(), values
-
-
-def test_planner_and_controller_know_no_world_and_read_the_margin_of_a_leap(ros):
-    for kind in (PlannerNode, ControllerNode):
-        node = ros.make(kind, {"mocap.leap_margin": 0.2})
-        assert node.get_parameter("mocap.leap_margin").value == 0.2
-        assert not [name for name in node.list_parameters([], 0).names if "world" in name], kind
 
 
 def test_the_planner_beats_while_its_executor_does_not_run(ros):

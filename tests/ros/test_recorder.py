@@ -1,6 +1,5 @@
 """What a run's log says does not depend on when its messages were taken."""
 
-import tempfile
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +12,8 @@ from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
-from nav_msgs.msg import Path as Path_
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import LaserScan, PointCloud2
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
 from collplan_core.clock_steps import SendTimes
@@ -71,7 +69,6 @@ class Recording:
 
 
 def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:
-    """When each message of a run up to `end` [s] was sent, and the message, by topic."""
     frames = Settings().frames
     topics = defaultdict(list)
     for k in range(round(100 * end) + 1):
@@ -89,7 +86,6 @@ def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]
 
 
 def recorded(order: list[str]) -> RunLog:
-    """The log of a run whose messages are taken in this order of their topics."""
     recording, topics = Recording(), sent_messages()
     for topic in order:
         recording.take(topic, *topics[topic].pop(0))
@@ -98,7 +94,6 @@ def recorded(order: list[str]) -> RunLog:
 
 
 def in_time() -> list[str]:
-    """The topics in the order of sending."""
     return [topic for _, topic in sorted((sent, topic) for topic, rows in sent_messages().items() for sent, _ in rows)]
 
 
@@ -129,17 +124,6 @@ def test_time_zero_is_when_the_first_command_to_move_was_sent():
     assert set(maneuvers[~moving]) == {"stopped"}
 
 
-@given(st.randoms(use_true_random=False))
-@settings(max_examples=10)
-def test_no_order_of_taking_changes_the_log_or_the_trajectory(random):
-    order = in_time()
-    random.shuffle(order)
-    shuffled, prompt = recorded(order), recorded(in_time())
-    assert shuffled == prompt
-    with tempfile.TemporaryDirectory() as folder:
-        assert trajectory(shuffled, Path(folder)) == trajectory(prompt, Path(folder))
-
-
 TOLERANCE = Settings().planner.goal_tolerance
 GOAL = np.array([ARRIVAL - FIRST_MOVE + TOLERANCE - 0.004, 0.0])
 """The pose at ARRIVAL is the first one within the tolerance of it."""
@@ -148,7 +132,6 @@ REPORTED = ARRIVAL + 0.034
 
 
 def driven_on() -> dict[str, list[tuple[float, object]]]:
-    """The messages of a run that goes on after its arrival, with its truth and the planner's report of the goal."""
     topics = sent_messages(ARRIVAL + 0.4)
     for sent, odometry in topics["mocap/odom"]:
         topics["ground_truth/odom"].append((sent - SENT_LATE, odometry))
@@ -177,12 +160,11 @@ def recorded_to_the_end(order: list[str], patience: int) -> RunLog:
 
 
 def comparable(log: RunLog) -> RunLog:
-    """The log with its impacts as tuples, of which equal ones compare equal."""
     return replace(log, impacts=[(impact.time, impact.source, *impact.point) for impact in log.impacts])
 
 
 @given(st.randoms(use_true_random=False), st.integers(1, 300))
-@settings(max_examples=10)
+@settings(max_examples=20)
 def test_the_log_ends_with_the_pose_that_arrived_whatever_was_taken_when(random, patience):
     prompt = [topic for _, topic in sorted((sent, topic) for topic, rows in driven_on().items() for sent, _ in rows)]
     log = recorded_to_the_end(prompt, 1)
@@ -238,8 +220,6 @@ ODD = {
     "planner/costs": DiagnosticArray(status=[DiagnosticStatus(values=[KeyValue(key="candidates", value="many")])]),
     "cmd_vel": Twist(linear=Vector3(x=float("nan"))),
     "maneuver": String(data="\udc80\n\0"),
-    "plan": Path_(),
-    "scan": LaserScan(),
     "mocap/odom": Odometry(),
     "impact/contact": PointCloud2(),
     "goal_status": GoalStatus(status=99),

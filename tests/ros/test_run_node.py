@@ -66,9 +66,7 @@ def test_starts_that_fail_are_one_line_and_exit_code_2(tmp_path):
     file.write_text("/**:\n  ros__parameters:\n    robot:\n      max_speed: 1\n    planner.map_periods: 0.2\n")
     cases = {
         "robot.max_speed: got 99.0": parameter("robot.max_speed:=99.0"),
-        "mocap.topic: no parameter of talking": parameter("talking:mocap.topic:=pose"),
         "none.yaml": ["--ros-args", "--params-file", "none.yaml"],
-        "no-such-option": ["--ros-args", "--no-such-option"],
         "unrecognized arguments: -p robot.max_speed:=1.0": ["-p", "robot.max_speed:=1.0"],
         "planner.map_periods: unknown": ["--ros-args", "--params-file", str(file)],
     }

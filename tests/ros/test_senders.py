@@ -30,12 +30,10 @@ def counts(*runs):
         ([(1, 0.0, 20.0, 0.02)], False),
         ([(1, 0.0, 20.0, 0.02), (1, 0.001, 20.0, 0.02)], True),
         ([(500, 0.0, 20.0, 0.01), (1, 0.005, 20.0, 0.5)], True),
-        ([(500, 0.0, 20.0, 0.1), (1, 0.05, 20.0, 3.0)], True),
         ([(500, 0.0, 5.0, 0.02), (1, 5.0, 20.0, 0.02)], False),
-        ([(1, 0.0, 5.0, 0.1), (1, 5.0, 9.0, 0.1), (1, 9.0, 12.0, 0.1), (1, 12.0, 20.0, 0.1)], False),
         ([(1, 0.0, 20.0, 0.02), (1, 0.001, 5.0, 0.02)], False),
     ],
-    ids=["one", "equal counts", "other rates", "a slow second", "started again", "again and again", "the second ended"],
+    ids=["one", "equal counts", "other rates", "started again", "the second ended"],
 )
 def test_two_that_send_are_told_from_one_that_starts_again(runs, are_two):
     senders = Senders()
@@ -58,36 +56,28 @@ def transforms(real_messages, child="odom"):
 TIED = {"mocap.format": "odometry", "mocap.topic": "/odom", "mocap.frame": "odom", "mocap.localised": True}
 
 
-@pytest.mark.parametrize("inputs", [("scan", "tf"), ("tf_static",)])
-def test_both_are_named_once_in_the_log_and_on_diagnostics_and_nothing_of_one(ros, real_messages, inputs):
+@pytest.mark.parametrize("topic", ["/scan", "/tf", "/tf_static"])
+def test_both_are_named_once_in_the_log_and_on_diagnostics_and_nothing_of_one(ros, real_messages, topic):
     terminal = Terminal(ros)
     first, second = nodes_of(ros, "receiver", "second_receiver")
-    kind, transform = transforms(real_messages)
-    rows = {
-        "scan": (ControllerNode, "/scan", LaserScan(), SENSOR_DATA, {}, "2 nodes publish /scan"),
-        "tf": (MocapNode, "/tf", transform, 100, TIED, "2 nodes publish /tf"),
-        "tf_static": (MocapNode, "/tf", transform, 100, TIED, "comes on /tf"),
-    }
-    listening = []
-    for make, topic, message, qos, parameters, words in (rows[name] for name in inputs):
-        node = ros.make(make, parameters)
-        one, other = (each.create_publisher(type(message), topic, qos) for each in (first, second))
-        ros.probe.create_timer(0.02, partial(one.publish, message))
-        listening.append((node, partial(other.publish, message), words, NodeHealth(ros, f"/{node.get_name()}")))
+    kind, message = (LaserScan, LaserScan()) if topic == "/scan" else transforms(real_messages)
+    heard, qos = ("/scan", SENSOR_DATA) if topic == "/scan" else ("/tf", 100)
+    node = ros.make(ControllerNode) if topic == "/scan" else ros.make(MocapNode, TIED)
+    health = NodeHealth(ros, f"/{node.get_name()}")
+    ros.probe.create_timer(0.02, partial(first.create_publisher(kind, heard, qos).publish, message))
 
-    def errors(node):
+    def errors():
         return [text for level, text in terminal.lines(node) if level == ERROR]
 
     ros.spin(2.5)
-    assert not any(errors(node) for node, *_ in listening)
-    if inputs == ("tf_static",):
-        second.create_publisher(kind, "/tf_static", LATCHED).publish(transform)
-    for _, publish, _, _ in listening if inputs != ("tf_static",) else ():
-        ros.probe.create_timer(0.07, publish)
-    for node, _, _, health in listening:
-        assert health.says("/second_receiver")
-        assert terminal.has(node, "/receiver")
+    assert not errors()
+    other = second.create_publisher(kind, topic, LATCHED if topic == "/tf_static" else qos)
+    other.publish(message)
+    if topic != "/tf_static":
+        ros.probe.create_timer(0.07, partial(other.publish, message))
+    assert health.says("/second_receiver")
+    assert terminal.has(node, "/receiver")
     ros.spin(2.5)
-    for node, _, words, _ in listening:
-        (said,) = errors(node)
-        assert all(each in said for each in (words, "/receiver", "/second_receiver"))
+    (said,) = errors()
+    words = "comes on /tf" if topic == "/tf_static" else f"2 nodes publish {topic}"
+    assert all(each in said for each in (words, "/receiver", "/second_receiver"))

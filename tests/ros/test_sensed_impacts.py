@@ -40,7 +40,6 @@ class Bench:
         self._take_pose = callback
 
     def told(self, age: float) -> None:
-        """Telemetry of a new impact that was `age` [s] ago."""
         self.sensed.take(replace(TELEMETRY, impacts=1, impact_age=round(1e3 * age), impact=(-0.5, 0.0)))
 
 

@@ -5,33 +5,16 @@ from rclpy.node import Node
 from terminal import ERROR as ERROR_LINE
 from terminal import Terminal
 
-from collplan_core.parameters import Frames, Limits, Robot, ScanInput, Settings
-from collplan_core.parameters.spec import specs
+from collplan_core.parameters import Frames, Robot
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
-from collplan_ros.node_kit.shared_constants import SharedConstants, constants_of, disagreement
+from collplan_ros.node_kit.shared_constants import SharedConstants, disagreement
 
 RADIUS = {"robot.radius": "0.09"}
 
 
-def test_what_is_shared_are_constants_of_robot_frames_and_scans_and_the_fence():
-    keys = set(constants_of(Settings(), Robot, Frames, Limits))
-    assert "robot.max_speed" not in keys  # live
-    assert keys == {
-        *("robot.radius", "robot.mass", "robot.inertia_factor", "robot.wheel_mass"),
-        *("robot.max_yaw_rate", "robot.max_acceleration", "robot.velocity_lag"),
-        *("robot.motion_delay", "robot.learning", "robot.velocity_shape"),
-        *("frames.map", "frames.base", "limits.fence"),
-    }
-    assert set(constants_of(Settings(), ScanInput, "robot.radius")) == {
-        *(s.key for s in specs(ScanInput)),
-        "robot.radius",
-    }
-
-
 def test_disagreement_in_words():
     for others, words in (
-        ({}, ""),
         ({"/a": RADIUS, "/b": {}, "/c": {"frames.map": "'odom'"}}, ""),
         (
             {"/b": {"robot.radius": "0.2"}, "/c": {"robot.radius": "0.15"}, "/a": {"robot.radius": "0.15"}},
@@ -48,8 +31,6 @@ def ros(ros):
 
 
 class Sharing(Node):
-    """A node with constants, and nothing else."""
-
     def __init__(self, name, **kwargs):
         super().__init__(name, **kwargs)
         declare(self, Robot, Frames)

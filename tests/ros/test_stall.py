@@ -32,8 +32,6 @@ def test_a_guard_tells_each_gap_beyond_its_limit_and_no_other(begin, steps, limi
 
 
 class Listener:
-    """A node that hears a stream, what is latched, and what counts late too, with a backlog."""
-
     def __init__(self, ros):
         self.node = ros.add(rclpy.create_node("listener", context=ros.context))
         self.backlog = Backlog(self.node)

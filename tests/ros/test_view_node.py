@@ -7,7 +7,7 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
@@ -34,8 +34,6 @@ from node_health import NodeHealth
 
 
 class Other(GraphNode):
-    """A node with parameters of its own, which reports."""
-
     def __init__(self, name, *groups, **kwargs):
         super().__init__(name, groups, **kwargs)
         self._begin()
@@ -47,10 +45,9 @@ class Other(GraphNode):
 class Bench:
     """A view_node, a page that is open, and all that it was sent so far, merged."""
 
-    def __init__(self, ros, stack, namespace="", **parameters):
+    def __init__(self, ros, stack, namespace=""):
         self.ros = ros
-        given = {"view.port": 0, **{key.replace("__", "."): value for key, value in parameters.items()}}
-        self.node = ros.make(ViewNode, given, namespace=namespace)
+        self.node = ros.make(ViewNode, {"view.port": 0}, namespace=namespace)
         self.answers = {}
         with urllib.request.urlopen(self.node.address) as page:
             self.token = page.read().decode().partition('name="token" content="')[2].partition('"')[0]
@@ -58,7 +55,7 @@ class Bench:
 
     def open(self, stack):
         """Opens a page, which gets all there is anew."""
-        self.parts, self.frames = {}, []
+        self.parts = {}
         host = self.node.address.removeprefix("http://")
         self.page = stack.enter_context(connect(f"ws://{host}/frames", origin=self.node.address, proxy=None))
 
@@ -71,7 +68,6 @@ class Bench:
             if "answer" in message:
                 self.answers[message["answer"]] = message
             else:
-                self.frames.append(message)
                 self.parts.update(message)
 
     def shows(self, condition, timeout=10.0):
@@ -88,7 +84,6 @@ class Bench:
         return self.answers[number]["done"], self.answers[number]["text"]
 
     def latched(self, message_type, topic, message):
-        """Publishes to the probe's namespace, once somebody listens."""
         self.ros.publisher(message_type, topic, LATCHED).publish(message)
 
 
@@ -103,9 +98,8 @@ def bench(ros, stack):
     return Bench(ros, stack)
 
 
-def state_message(name, **values):
-    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
-    return DiagnosticStatus(name=name, level=OK, message=values.get("reason", ""), values=pairs)
+def state_message(name, reason="", **values):
+    return status_message(name, Health(OK, reason, {"reason": reason, **values}))
 
 
 # ---- what a page gets
@@ -115,8 +109,7 @@ def test_each_topic_is_on_the_page(ros, bench):
     contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]), np.array([[-1.0, 0.0]]))
     way = np.array([[0.0, 0.2], [0.1, 0.2], [0.2, 0.2]])
     plan = timed_path(12.0, 12.0 + np.arange(3.0), way, 0.0 * way, contacts=contacts)
-    trajectories = ros.publisher(PointCloud2, "planner/trajectory", EVENT)
-    trajectories.publish(plan_to_message(plan, "map"))
+    ros.publisher(PointCloud2, "planner/trajectory", EVENT).publish(plan_to_message(plan, "map"))
     ros.spin(0.3)
     ros.publisher(Path, "plan", NEWEST).publish(plan_to_path(plan, "map"))
     nothing = np.zeros((0, 2))
@@ -195,8 +188,6 @@ def test_a_click_gives_a_goal(ros, bench):
 
 
 def offered(ros, bench, name, called, namespace=""):
-    """A service of the probe that the node has found."""
-
     def serve(request, response):
         called.append(name)
         response.success, response.message = True, "as you say"
@@ -252,11 +243,9 @@ def test_messages_that_nobody_expects_end_nothing(ros, bench):
     far.pose.pose.position.x = 1e300
     robot.poses.publish(far)
     ros.publisher(Path, "plan", NEWEST).publish(Path(header=header(1.0, "elsewhere")))
-    ros.publisher(PointCloud2, "planner/seen", LATCHED).publish(PointCloud2())
-    ros.publisher(PointCloud2, "planner/compared", LATCHED).publish(PointCloud2(header=header(1.0, "map"), width=7))
+    for topic in ("planner/seen", "planner/compared", "planner/trajectory", "impact/contact"):
+        ros.publisher(PointCloud2, topic, LATCHED).publish(PointCloud2(header=header(1.0, "map"), width=7))
     ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(DiagnosticArray(status=[DiagnosticStatus()]))
-    ros.publisher(PointCloud2, "planner/trajectory", EVENT).publish(PointCloud2())
-    ros.publisher(PointCloud2, "impact/contact", EVENT).publish(PointCloud2())
     ros.publisher(PoseStamped, "goal_pose", EVENT).publish(PoseStamped())
     ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED).publish(
         DiagnosticArray(status=[DiagnosticStatus(name="/\udcff".encode(errors="replace").decode()), DiagnosticStatus()])

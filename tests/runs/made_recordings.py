@@ -12,18 +12,12 @@ from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Header as Header
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__String as String
 
 from collplan_ros.run.description import RUN
+from collplan_ros.run.schemas import schema_text
 from collplan_ros.run.writer import RecordingFile
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 EPOCH = 1_700_000_000_000_000_000
 POINT, STRING = "geometry_msgs/msg/PointStamped", "std_msgs/msg/String"
-RULE = "=" * 80
-DEFINITIONS = {
-    STRING: "string data\n",
-    POINT: f"std_msgs/Header header\nPoint point\n\n{RULE}\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
-    f"\n{RULE}\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
-    f"\n{RULE}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
-}
 TOPICS = {"/controller/reference": POINT} | dict.fromkeys(
     ("/maneuver", "/planner/journal", "/controller/journal"), STRING
 )
@@ -52,7 +46,6 @@ sent = st.sampled_from(sorted(TOPICS)).flatmap(lambda topic: st.tuples(st.just(t
 
 
 def kind_of(topic: str) -> str:
-    """Type of a topic, in any namespace."""
     return next(kind for name, kind in TOPICS.items() if topic.endswith(name))
 
 
@@ -61,12 +54,7 @@ def cdr(topic: str, message: Any) -> bytes:
 
 
 class MadeRecording:
-    """A recording that is written message by message, one every 10 ms.
-
-    Attributes:
-        epoch: by the wall clock, when the first of them would have come [ns]; another one after it was set.
-        rows: topic, arrival [ns] and bytes.
-    """
+    """A recording that is written message by message, one every 10 ms from `epoch` by the wall clock [ns]."""
 
     def __init__(self, path: Path, namespace: str = "/") -> None:
         self.path = path
@@ -82,7 +70,7 @@ class MadeRecording:
         if topic not in self._channels:
             kind = kind_of(topic)
             about = {"offered_qos_profiles": QOS, "topic_type_hash": ""}
-            self._channels[topic] = self.file.channel(topic, kind, DEFINITIONS[kind], about)
+            self._channels[topic] = self.file.channel(topic, kind, schema_text(kind), about)
         came, data = self.epoch + 10_000_000 * len(self.rows), cdr(topic, message)
         self.file.write(self._channels[topic], data, came, came - 1000, len(self.rows) + 1)
         self.rows.append((topic, came, data))

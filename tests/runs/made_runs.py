@@ -13,8 +13,9 @@ from std_msgs.msg import String
 
 from collplan_core.impact import POSES, SIMULATED, Impact
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
 from collplan_core.plan import Contacts, timed_path
-from collplan_core.worlds import World
+from collplan_core.worlds import World, save_world
 from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
@@ -22,12 +23,7 @@ from collplan_ros.messages.planner_clouds import impact_to_cloud, plan_to_messag
 from collplan_ros.messages.raw_reading import plan_to_path
 from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
 from collplan_ros.run.description import GOAL as GOAL_GIVEN
-from collplan_ros.run.run_log import (
-    PoseRow,
-    RunLog,
-    SentCommand,
-    SentName,
-)
+from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentName
 from collplan_ros.run.schemas import schema_text, type_name
 from collplan_ros.run.writer import RECORDING, RecordingFile
 
@@ -67,12 +63,8 @@ def bouncing_run() -> RunLog:
         if k % 5 == 0:
             log.sent_commands.append(SentCommand(77.0 + t, 0.3 if t > 0.12 else 0.0, 0.0, 0.0))
         if k % 20 == 0:
-            touch = Contacts(
-                np.array([EPOCH + HIT_AT + 0.02]),
-                np.array([[WALL, 0.12]]),
-                np.array([[-0.6, 0.8]]),
-                np.array([[-1.0, 0.0]]),
-            )
+            touched, after = np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]])
+            touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), touched, after, BACK[None])
             log.plans[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.impacts.append(HIT)
@@ -87,7 +79,6 @@ def detected_only(log: RunLog) -> RunLog:
 def write_recording(
     folder: Path,
     log: RunLog,
-    goal: np.ndarray = GOAL,
     said: Sequence[Said] = (),
     world: World | None = None,
     namespace: str = "",
@@ -99,7 +90,7 @@ def write_recording(
         file.attach(WORLD, YAML, world_text(world))
     file.describe(RUN, {"simulated": "true", "namespace": namespace or "/", CLOCK: str(round(1e9 * AHEAD))})
     file.describe(BEGIN, {"simulated": "true"})
-    file.describe(GOAL_GIVEN, {"sent": "0.0", "x": repr(float(goal[0])), "y": repr(float(goal[1]))})
+    file.describe(GOAL_GIVEN, {"sent": "0.0", "x": str(GOAL[0]), "y": str(GOAL[1])})
     for number, (sent, topic, message) in enumerate(sorted([*_said(log), *said], key=lambda row: row[0]), 1):
         kind = type_name(type(message))
         channel = file.channel(topic if topic.startswith("/") else f"{namespace}/{topic}", kind, schema_text(kind), {})
@@ -112,8 +103,17 @@ def write_recording(
         (folder / RECORDING).write_bytes(left)
 
 
+def killed_run(folder: Path) -> Path:
+    """The folder of a run whose bringup was killed."""
+    folder.mkdir(parents=True)
+    save_world(room(), folder / "room.yaml")
+    worlds = {key: str(folder / "room.yaml") for key in ("lidar.world", "simulator.world")}
+    write_parameters(Settings().with_values(worlds), folder / "parameters.yaml")
+    write_recording(folder, bouncing_run(), finished=False)
+    return folder
+
+
 def _said(log: RunLog) -> Iterator[Said]:
-    """When each message of a run was sent, its topic and the message."""
     frames = Settings().frames
     for topic, rows in (("mocap/odom", log.poses), ("ground_truth/odom", log.truth)):
         for row in rows:

@@ -26,7 +26,6 @@ ROOM = {
 
 
 def status(name: str, level: bytes, message: str, **values: str) -> DiagnosticStatus:
-    """A node's status with these values."""
     pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
     return DiagnosticStatus(name=name, level=level, message=message, values=pairs)
 
@@ -66,13 +65,11 @@ def played_folder(
 
 
 def recordings_in(page: str) -> list[dict[str, Any]]:
-    """Recordings of all runs in the text of a page."""
     packed = re.findall(r'<script type="application/gzip" class="recording">([A-Za-z0-9+/=]*)</script>', page)
     return [json.loads(gzip.decompress(base64.b64decode(each))) for each in packed]
 
 
 def recording_in(page: str) -> dict[str, Any]:
-    """Recording of the only run in the text of a page."""
     (recording,) = recordings_in(page)
     return recording
 

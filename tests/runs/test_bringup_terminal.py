@@ -37,9 +37,7 @@ def test_what_is_typed_is_taken_or_refused_by_its_name(capsys):
     assert parse(["--robot", "base:/cmd_vel"]).graph == "/collplan"
     assert parse(["--robot", "base:/cmd_vel", "--namespace", "/"]).graph == "/"
     assert parse(["--namespace", "robot1"]).graph == parse(["--namespace", "/robot1"]).graph == "/robot1"
-    goals = [["--goal", *wrong] for wrong in (["1"], ["1", "2", "3"], ["a,b"])]
-    names = [["--namespace", each] for each in ("robot 1", "1st", "robot1/", "/lab//robot1", "robot-1", "//robot1")]
-    for option, *wrong in (*goals, *names):
+    for option, *wrong in (["--goal", "1"], ["--goal", "1", "2", "3"], ["--goal", "a,b"], ["--namespace", "1st"]):
         with pytest.raises(SystemExit, match="2"):
             parse([option, *wrong])
         said = capsys.readouterr().err

@@ -108,12 +108,8 @@ def test_found_parameters_are_those_of_the_robot(tmp_path, capsys):
     assert report["as_set"]["scans"]["refused"] > 0.1 * report["as_set"]["scans"]["n"]
     assert report["as_found"]["scans"]["refused"] == report["as_found"]["scans"]["held"] == 0
     assert {key: each["value"] for key, each in report["found"].items()} == read_parameters(tmp_path / "out/found.yaml")
-    for key, value in {
-        "stamp_offset": true.late,
-        "offset_x": true.x,
-        "offset_y": true.y,
-        "offset_yaw": true.yaw,
-    }.items():
+    drawn = {"stamp_offset": true.late, "offset_x": true.x, "offset_y": true.y, "offset_yaw": true.yaw}
+    for key, value in drawn.items():
         found = report["found"][f"scan.{key}"]
         assert abs(found["value"] - value) < found["uncertainty"], key
     assert report["found"]["scan.mirrored"]["value"] == true.mirrored

@@ -9,9 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collplan_core.parameters import Settings
-from collplan_core.parameters.file import write_parameters
-from collplan_core.worlds import save_world
 from collplan_ros.replay.main import main as replay
 from collplan_ros.run.page.beside import main as beside
 from collplan_ros.run.reader import raw_messages
@@ -20,7 +17,7 @@ from collplan_ros.run.result_files import KILLED, complete
 from collplan_ros.run.whole_file import FolderLock
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_recordings import TOPICS, MadeRecording, String, point
-from made_runs import bouncing_run, room, write_recording
+from made_runs import killed_run
 
 CHUNKS, IN_CHUNK = 6, 5
 HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
@@ -51,7 +48,6 @@ with tempfile.TemporaryDirectory() as _folder:
 
 
 def read(content: bytes) -> list[tuple[str, int, bytes]]:
-    """The rows found in a recording with this content."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / RECORDING
         path.write_bytes(content)
@@ -60,7 +56,6 @@ def read(content: bytes) -> list[tuple[str, int, bytes]]:
 
 @given(st.integers(HEADER, len(WHOLE)))
 def test_a_recording_cut_off_anywhere_holds_every_chunk_that_was_closed(cut):
-    """As a kill, or a disk that is full, leaves it."""
     rows = read(WHOLE[:cut])
     assert rows == ROWS[: len(rows)]
     assert len(rows) >= IN_CHUNK * sum(size <= cut for size in SIZES)
@@ -81,15 +76,6 @@ def test_a_chunk_that_cannot_be_read_costs_no_other():
 
 
 # ---- the run folder
-
-
-def killed_run(folder: Path) -> Path:
-    folder.mkdir(parents=True)
-    save_world(room(), folder / "room.yaml")
-    worlds = {key: str(folder / "room.yaml") for key in ("lidar.world", "simulator.world")}
-    write_parameters(Settings().with_values(worlds), folder / "parameters.yaml")
-    write_recording(folder, bouncing_run(), finished=False)
-    return folder
 
 
 @pytest.mark.parametrize(

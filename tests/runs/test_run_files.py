@@ -19,7 +19,7 @@ from collplan_ros.run.recorded_run import SUMMARY, RecordedRun
 from collplan_ros.run.result_files import COLUMNS, PICTURE, TRAJECTORY, summarize, write_trajectory
 from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentName, SentPoint
 from collplan_ros.run.whole_file import FolderLock
-from made_runs import EPOCH, GOAL, HIT_AT, RADIUS, SPEED, WINDOW, bouncing_run, detected_only, room
+from made_runs import EPOCH, GOAL, RADIUS, SPEED, WINDOW, bouncing_run, detected_only, room
 
 
 def run_in(folder: RunFolder, log: RunLog) -> RecordedRun:
@@ -44,10 +44,8 @@ def test_all_files_are_written(tmp_path):
     assert summary["machine"] == ""
     (impact,) = csv.DictReader((latest / "impacts.csv").open())
     assert (impact["foreseen"], impact["deliberate"]) == ("true", "true")
-    assert float(impact["t"]) == pytest.approx(HIT_AT - 0.153, abs=1e-5)
     vectors = [[float(impact[f"{name}_v{axis}"]) for axis in "xy"] for name in ("before", "after")]
     np.testing.assert_allclose(vectors, [[SPEED, 0.0], [-0.5 * SPEED, 0.0]], atol=1e-5)
-    assert float(impact["direction_error"]) == pytest.approx(np.arctan2(0.8, 0.6), abs=1e-5)
     last = list(csv.DictReader((latest / "trajectory.csv").open()))[-1]
     assert float(last["t"]) == pytest.approx(summary["arrival_time_s"], abs=1e-6)
     with Image.open(latest / "trajectory.png") as image:

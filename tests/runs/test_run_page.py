@@ -40,8 +40,6 @@ def one_pose():
 
 
 class Parsed(HTMLParser):
-    """Tag and attributes of each element, and the text up to the next tag."""
-
     def __init__(self, text):
         super().__init__()
         self.elements = []
@@ -56,7 +54,6 @@ class Parsed(HTMLParser):
             self.elements[-1][2].append(data)
 
     def text(self, tag, **attributes):
-        """The text of the only such element."""
         (text,) = (text for name, own, text in self.elements if name == tag and attributes.items() <= own.items())
         return text[0]
 
@@ -64,21 +61,12 @@ class Parsed(HTMLParser):
 # ---- what is in it
 
 
-def assert_same_poses(frames, log):
-    """Every pose to the mm and the ms, one after the other."""
-    rows = poses_in(frames)
-    begin = log.begin
-    expected = np.array([[1e3 * (pose.stamp - begin), 1e3 * pose.x, 1e3 * pose.y] for pose in log.poses])
-    assert len(rows) == len(expected)
-    np.testing.assert_allclose(rows[:, 1:], expected[:, 1:], atol=0.51)
-    np.testing.assert_allclose(rows[:, 0], expected[:, 0], atol=1.01)
-
-
 def test_every_pose_is_in_it_and_times_are_those_of_the_other_files(frames):
     log = bouncing_run()
     assert log.begin == pytest.approx(EPOCH + ZERO)
     assert frames[0]["t"] == pytest.approx(-ZERO)
-    assert_same_poses(frames, log)
+    expected = np.array([[1e3 * (pose.stamp - log.begin), 1e3 * pose.x, 1e3 * pose.y] for pose in log.poses])
+    np.testing.assert_allclose(poses_in(frames), expected, atol=1.01)
 
 
 def test_every_plan_is_shown_from_when_it_was_sent(frames):
@@ -105,9 +93,8 @@ def test_what_happened_is_told_at_its_time(frames):
     statuses = [frame["goal"]["status"] for frame in frames if "goal" in frame]
     assert statuses == ["none", "accepted", "executing", "succeeded"]
     assert newest(frames, "goal", 9.0)["at"] == [0, 100]
-    (costs,) = (frame["costs"] for frame in frames if "costs" in frame)
-    assert (costs["planning_time"], costs["hardest"], costs["strategy"]) == (3.25, 400, "harness")
-    assert newest(frames, "hold", 9.0) == {"state": "held", "message": "its node has started"}
+    assert [frame["costs"]["planning_time"] for frame in frames if "costs" in frame] == [3.25]
+    assert newest(frames, "hold", 9.0)["state"] == "held"
     assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
 
 
@@ -160,8 +147,6 @@ def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_rememb
     name = "</title><img src=x onerror=alert(1)><script>alert(1)</script>a\"b'c&d"
     text = write_run_page(played_folder(tmp_path, one_pose(), name, "bounce", ())).read_text()
     parsed = Parsed(text)
-    types = [attributes.get("type") for tag, attributes, _ in parsed.elements if tag == "script"]
-    assert types == ["application/gzip", "module"]
     assert not any("onerror" in attributes for _, attributes, _ in parsed.elements)
     assert "<script>alert" not in text
     recording = recording_in(text)
@@ -179,11 +164,9 @@ def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_rememb
 FAR, NOWHERE = PoseRow(1.0, 1e9, 0.0, 0.0, 0.0, 0.0, 1.0), RunLog()
 UNREADABLE = [
     (RECORDING, None, one_pose(), f"{RECORDING}: cannot be read"),
-    (RECORDING, "no recording", one_pose(), f"{RECORDING}: expected a recording"),
     ("log", "", NOWHERE, f"{RECORDING}: no poses"),
     ("log", "", RunLog(poses=[FAR]), "expected at most 1e.06"),
     ("summary.json", "[]", one_pose(), "summary.json: expected JSON"),
-    ("../room.yaml", None, one_pose(), "room.yaml: no such file"),
 ]
 
 

@@ -1,16 +1,12 @@
 """Goals reached through the whole graph, in one process, and what its journals replay (simulated)."""
 
 import os
-from collections import Counter
 
 import pytest
 
-from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
-from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.warm_up import warm_up
-from collplan_core.worlds import arena_names
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import parse
 from collplan_ros.replay.main import main
@@ -52,23 +48,6 @@ def test_a_goal_is_reached_with_bounces_by_a_robot_of_twice_the_mass_which_learn
     lab.write_text("/**:\n  ros__parameters:\n" + "".join(f"    {line}\n" for line in drive["parameters"]))
     kept = Settings().with_values(read_parameters(lab))
     assert kept.robot.max_acceleration == pytest.approx(drive["max_acceleration"], rel=1e-3)
-
-
-@pytest.mark.soak
-def test_every_strategy_reaches_the_goal_of_every_arena_and_every_maneuver_is_engaged(through_the_graph):
-    maneuvers: Counter[str] = Counter()
-    missed = []
-    for world in arena_names():
-        for strategy in (*PAPER_WEIGHTS, *TIME_TO_GOAL):
-            summary = through_the_graph(world, strategy)
-            maneuvers.update(summary["maneuvers"])
-            missed += [] if summary["reached"] else [(summary["where"], summary["outcome"])]
-    assert missed == []
-    for seed in range(3, 33):
-        # of 20 trials in the corridor with it, 6 follow a boundary and 2 flow through
-        if not set(maneuvers) >= {FREE_SPACE, BOUNDARY_FOLLOWING, FLOW_THROUGH}:
-            maneuvers.update(through_the_graph("corridor", "harness", seed)["maneuvers"])
-    assert {FREE_SPACE, BOUNDARY_FOLLOWING, FLOW_THROUGH} <= set(maneuvers), maneuvers
 
 
 @pytest.mark.soak

@@ -131,7 +131,6 @@ def test_all_packages_have_one_version():
 
 
 def test_the_simulated_robot_knows_nothing_of_what_the_planners_believe():
-    """What plans and what judges share no law of rebound or drive."""
     believed = {"collplan_core.reflection", "collplan_core.velocity_law"}
     for module in FILES:
         if module.startswith("omnipuck_sim.robot"):

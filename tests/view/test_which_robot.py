@@ -11,7 +11,6 @@ PLANNER = {"planner.strategy": "bounce"}
 
 def test_which_robot():
     for known, silent, expected in (
-        ({"/robot": SIMULATOR}, [], SIMULATED),
         ({"/robot": SIMULATOR, "/p": PLANNER}, ["/q"], SIMULATED),
         ({"/robot": DRIVER, "/f": FIRMWARE}, [], EMULATED),
         ({"/robot": SERIAL, "/p": PLANNER}, [], REAL),
@@ -22,10 +21,7 @@ def test_which_robot():
         ({"/robot": {"driver.port": "/dev/pts/3"}}, [], UNKNOWN),
         ({"/robot": {"my.own": 1}}, [], UNKNOWN),
         ({"/robot": SIMULATOR, "/other": SERIAL}, [], UNKNOWN),  # two robots in a namespace
-        ({"/robot": SERIAL, "/other": SIMULATOR}, [], UNKNOWN),
-        ({"/robot": FIRMWARE}, [], UNKNOWN),
         ({"/robot": {"driver.port": 3}}, [], UNKNOWN),
-        ({"/p": PLANNER}, [], UNKNOWN),
         ({}, [], UNKNOWN),
     ):
         assert which_robot("/robot", known, [*known, *silent]) == expected, (known, silent)
