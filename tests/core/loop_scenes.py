@@ -28,11 +28,10 @@ def scan_at(state: State) -> Scan:
     return simulate_scan(HALL, state, SETTINGS.lidar)
 
 
-def see(loop, stamp: float, x: float = 0.0, y: float = 0.0, local: float | None = None):
-    """A pose and a scan of one stamp, received at once unless `local` says otherwise; what is decided at the pose."""
-    state, received = at(stamp, x, y), stamp if local is None else local
-    decisions = loop.take_pose(state, received)
-    loop.take_scan(scan_at(state), received)
+def see(loop, stamp: float, x: float = 0.0):
+    """A pose and a scan of one stamp, received at once; what is decided at the pose."""
+    decisions = loop.take_pose(at(stamp, x), stamp)
+    loop.take_scan(scan_at(at(stamp, x)), stamp)
     return decisions
 
 
@@ -42,11 +41,11 @@ def see_until(loop, begin: float, end: float) -> None:
             see(loop, stamp)
 
 
-def straight_plan(stamp: float, end=(1.0, 0.0), duration: float = 2.0, contacts: Contacts | None = None) -> Plan:
+def straight_plan(stamp: float, end=(1.0, 0.0), duration: float = 2.0) -> Plan:
     share = np.linspace(0.0, 1.0, 21)[:, None]
     velocities = np.tile(np.array(end) / duration, (21, 1))
     plan = timed_path(stamp, stamp + duration * share[:, 0], share * np.array(end), velocities)
-    return replace(plan, aim_velocity=np.zeros(2), contacts=contacts or Contacts.none())
+    return replace(plan, aim_velocity=np.zeros(2), contacts=Contacts.none())
 
 
 def cycles(decisions) -> list[Cycle]:

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from collplan_core.control.motion_monitor import MotionRecord, add_command, add_pose
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.free_space import MAP_BORDER
-from collplan_core.local_map.frontiers import BORDER_RUN
 from collplan_core.movers.record import Movers
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.scan import Scan
@@ -65,38 +64,36 @@ def scan_of(world: World, state: State, n_beams: int = 360, **lidar) -> Scan:
     return simulate_scan(world, state, Lidar(n_beams=n_beams, **lidar))
 
 
-def map_of(world: World, position=(0.0, 0.0), n_beams: int = 360, yaw: float = 0.0, **mapping) -> LocalMap:
-    state = at_rest(position, yaw)
+def map_of(world: World, position=(0.0, 0.0), n_beams: int = 360, **mapping) -> LocalMap:
+    state = at_rest(position)
     return build_local_map(scan_of(world, state, n_beams), state, ROBOT, replace(SETTINGS.local_map, **mapping))
 
 
-def map_of_ranges(ranges, angle_min: float = 0.0, increment: float | None = None) -> LocalMap:
-    """The map of a robot at the origin from ranges [m] over a full turn, or over the increments given."""
-    ranges = np.asarray(ranges, dtype=float)
-    scan = Scan(0.0, angle_min, TURN / len(ranges) if increment is None else increment, 0.02, 5.0, ranges)
+def map_of_ranges(ranges: np.ndarray) -> LocalMap:
+    """The map of a robot at the origin from ranges [m] over a full turn."""
+    scan = Scan(0.0, 0.0, TURN / len(ranges), 0.02, 5.0, ranges)
     return build_local_map(scan, at_rest(), ROBOT, SETTINGS.local_map)
 
 
-def star_map(reach, surface=None, normals=None, segments=(), predicted=(), position=(0.0, 0.0)) -> LocalMap:
-    """A map written by hand, from its reach in evenly spaced directions; each segment is a frontier of its own."""
-    reach, position = np.asarray(reach, dtype=float), np.array(position, dtype=float)
-    n, segments = len(reach), np.array(segments, dtype=float).reshape(-1, 4)
-    angles = TURN * np.arange(n) / n
+def star_map(reach, surface=None) -> LocalMap:
+    """A map without frontiers written by hand, from its reach in evenly spaced directions."""
+    reach = np.asarray(reach, dtype=float)
+    n, angles = len(reach), TURN * np.arange(len(reach)) / len(reach)
     return LocalMap(
         stamp=0.0,
-        position=position,
+        position=np.zeros(2),
         radius=RADIUS,
         half_side=HALF_SIDE,
         reach=reach,
-        border_points=position + reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
+        border_points=reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
         surface=np.full(n, MAP_BORDER) if surface is None else np.asarray(surface),
-        normals=np.zeros((n, 2)) if normals is None else np.asarray(normals, dtype=float),
+        normals=np.zeros((n, 2)),
         shadow=np.zeros(n, bool),
-        segments=segments,
-        frontier_kind=np.full(len(segments), BORDER_RUN),
-        frontier_number=np.arange(len(segments)),
-        open_side=np.ones((len(segments), 2), bool),
-        predicted=np.array(predicted, dtype=float).reshape(-1, 4),
+        segments=np.zeros((0, 4)),
+        frontier_kind=np.zeros(0, int),
+        frontier_number=np.zeros(0, int),
+        open_side=np.ones((0, 2), bool),
+        predicted=np.zeros((0, 4)),
     )
 
 
@@ -122,12 +119,12 @@ def grown(world: World, radius: float = RADIUS) -> shapely.Geometry:
     return shapely.union_all([solid.buffer(radius, quad_segs=64) for solid in _solids(world)])
 
 
-def true_reach(world: World, position: np.ndarray, n: int, half_side: float = HALF_SIDE) -> np.ndarray:
+def true_reach(world: World, position: np.ndarray, n: int) -> np.ndarray:
     """(n,) distance to the nearest grown obstacle or the map's border in direction 2 pi k / n, by shapely."""
-    square = shapely.box(*(position - half_side), *(position + half_side))
+    square = shapely.box(*(position - HALF_SIDE), *(position + HALF_SIDE))
     blocked = shapely.union(grown(world), square.buffer(3.0, join_style="mitre").difference(square))
     angles = TURN * np.arange(n) / n
-    far = position + 4.0 * half_side * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    far = position + 4.0 * HALF_SIDE * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     beams = shapely.linestrings(np.stack([np.broadcast_to(position, far.shape), far], axis=1))
     return shapely.distance(shapely.Point(position), shapely.intersection(beams, blocked))
 

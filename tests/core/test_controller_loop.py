@@ -222,8 +222,8 @@ def test_a_plan_that_is_still_missing_after_resume_holds_it_again():
     assert is_held(without(loop, "nothing", 3.4 + LONGEST_RESUMED, 1.0))
 
 
-def leaps(loop: ControllerLoop, begin: float, duration: float = 0.5) -> None:
-    for k in range(round(duration / 0.05)):
+def leaps(loop: ControllerLoop, begin: float) -> None:
+    for k in range(10):
         now = begin + 0.05 * k
         loop.take_scan(scan_at(at(now)), now)
         loop.refuse("pose", "leap: pose 1.000, 0.000")

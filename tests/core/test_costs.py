@@ -266,11 +266,6 @@ D_PRUNE, SPACING = PRUNE_DISTANCE, SETTINGS.planner.frontier_spacing
 GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
 
 
-def sampled(local_map) -> tuple[np.ndarray, np.ndarray]:
-    positions, segment_of = sample_positions(local_map.segments, local_map.frontier_number, SPACING)
-    return positions, local_map.frontier_number[segment_of]
-
-
 def nearest_to_goal(positions, goal) -> float:
     return np.hypot(*(positions - goal).T).min()
 
@@ -294,7 +289,8 @@ def assert_stood_for(local_map, positions, frontier_of, kept, goal) -> None:
 def test_a_dropped_frontier_is_stood_for_and_never_all_are_dropped(world, goal):
     local_map = map_of(world)
     assume(len(local_map.segments))
-    positions, frontier_of = sampled(local_map)
+    positions, segment_of = sample_positions(local_map.segments, local_map.frontier_number, SPACING)
+    frontier_of = local_map.frontier_number[segment_of]
     kept = prune_positions(local_map.border, positions, frontier_of, goal, D_PRUNE)
     assert kept.any()
     closest = min(set(frontier_of), key=lambda i: nearest_to_goal(positions[frontier_of == i], goal))

@@ -12,7 +12,7 @@ from collplan_core.command import FREE_SPACE
 from collplan_core.control.feed_forward import feed_forward
 from collplan_core.control.follow import K_I, ControllerMemory, follow
 from collplan_core.control.reference import found_reference
-from collplan_core.plan import Plan, timed_path
+from collplan_core.plan import timed_path
 from collplan_core.reflection import rebound
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.full_plan import sample_trajectory
@@ -145,37 +145,23 @@ def test_at_full_acceleration_the_command_leads_farther_and_an_error_turns_it_le
         assert 0.005 < velocity_after(MODEL.wheels, *velocity, *(command + aside), PERIOD)[1] < most
 
 
-def bouncing(before: float = 1.0, after: float = -0.7, hit: float = 0.5) -> np.ndarray:
-    return straight(lambda t: before if t < hit else after)
-
-
 def test_by_hand_a_period_that_holds_a_bounce_belongs_to_its_longer_part():
+    bouncing = straight(lambda t: 1.0 if t < 0.5 else -0.7)
     for now, velocity in ((0.3, 1.0), (0.45, 1.0), (0.47, 1.0), (0.48, -0.7), (0.5, -0.7), (0.6, -0.7)):
-        np.testing.assert_allclose(forward_at(bouncing(), now), (velocity, 0.0), atol=1e-9)
-
-
-def plan_of(rows: np.ndarray, stamp: float = 10.0) -> Plan:
-    return timed_path(stamp, stamp + rows[:, 0], np.ascontiguousarray(rows[:, 1:3]), rows[:, 3:])
-
-
-HALL = map_of(world_of([box(2.0, -3.0, 2.2, 3.0)]))
-"""Nothing of it is near the paths here."""
-
-
-def followed(plan: Plan, position, now: float, yaw: float = 0.0, memory=None):
-    state = State(now, np.array(position, dtype=float), np.zeros(2), yaw)
-    return follow(memory or ControllerMemory(), plan, HALL, state, now, SETTINGS)
+        np.testing.assert_allclose(forward_at(bouncing, now), (velocity, 0.0), atol=1e-9)
 
 
 def test_the_controller_adds_what_leads_back_to_the_rollout():
-    plan = plan_of(straight(lambda t: 0.5))
-    command, memory = followed(plan, (0.21, -0.02), 10.4)
+    rows, hall = straight(lambda t: 0.5), map_of(world_of([box(2.0, -3.0, 2.2, 3.0)]))
+    plan = timed_path(10.0, 10.0 + rows[:, 0], np.ascontiguousarray(rows[:, 1:3]), rows[:, 3:])
+    here = State(10.4, np.array([0.21, -0.02]), np.zeros(2), 0.0)
+    command, memory = follow(ControllerMemory(), plan, hall, here, 10.4, SETTINGS)
     np.testing.assert_allclose(command.reference, (0.2, 0.0), atol=1e-9)
     gain = SETTINGS.controller.k_p
     beside = (gain + K_I / SETTINGS.controller.rate) * 0.02
     np.testing.assert_allclose(command.velocity, (0.5 - gain * 0.01, beside), atol=1e-9)
     assert command.maneuver == FREE_SPACE
     unpushed = replace(memory, integral=np.zeros(2))
-    turned, _ = followed(plan, (0.21, -0.02), 10.4, np.pi / 2, unpushed)
+    turned, _ = follow(unpushed, plan, hall, replace(here, yaw=np.pi / 2), 10.4, SETTINGS)
     np.testing.assert_allclose(rotation(np.pi / 2) @ turned.velocity, command.velocity, atol=1e-9)
     assert turned.yaw_rate < 0.0  # back to the heading held

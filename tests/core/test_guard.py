@@ -23,10 +23,6 @@ def disc(x, y=0.0, vx=0.0, vy=0.0, radius=0.12, growth=GROWTH):
     return [x, y, x, y, vx, vy, radius + CLEARANCE, growth, 0.0, IN_HAND]
 
 
-def edge(x0, y0, x1, y1, speed, allowed=0.1):
-    return [x0, y0, x1, y1, 0.0, 0.0, 0.0, speed, allowed, 0.0]
-
-
 def share(rows, motion=REST, command=ALONG_X, walls=NOWHERE, least=0.0):
     rows = np.array(rows, dtype=float).reshape(-1, 10)
     return largest_share(rows, walls, BODY, np.asarray(motion, float), np.asarray(command, float), least)
@@ -190,7 +186,8 @@ def drive_along(rows, way):
 
 @pytest.mark.parametrize("speed", [0.5, 1.0])
 def test_past_an_edge_out_of_which_something_may_come_it_creeps_and_then_drives_on(speed):
-    x, v = drive_along(edge(1.5, 0.12, 1.8, 0.3, speed), 2.5).T
+    # an edge away from a tip that is 0.12 m beside the way, 1.5 m ahead
+    x, v = drive_along([1.5, 0.12, 1.8, 0.3, 0.0, 0.0, 0.0, speed, 0.1, 0.0], 2.5).T
     before, beside, behind = x < 0.4, (x > 1.3) & (x < 1.45), x > 2.2
     assert v[before].max() > 0.6
     assert 0.1 < v[beside].min() <= v[beside].max() < 0.35

@@ -115,13 +115,10 @@ def test_contact_lies_on_the_border_and_up_to_it_the_reference_is_as_it_was(worl
     assert (projected == release).all(axis=1).any()
 
 
-def timed(path) -> np.ndarray:
-    """Times (n,) at which a path (n, 2) is gone along at v_max [s]."""
-    return np.arange(len(path)) * np.hypot(*np.diff(path, axis=0).T).max() / ROBOT.max_speed
-
-
 def q_bound(path, contact, local_map, settings=SETTINGS):
-    return boundary_reference(timed(path), path, contact, local_map, settings)
+    """The reference of a path (n, 2) that is gone along at v_max."""
+    times = np.arange(len(path)) * np.hypot(*np.diff(path, axis=0).T).max() / ROBOT.max_speed
+    return boundary_reference(times, path, contact, local_map, settings)
 
 
 @given(

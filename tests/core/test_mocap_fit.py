@@ -69,16 +69,11 @@ def strokes(offset=(0.0, 0.0, 0.0), *, scale=1.0, bias=0.0, drift=0.0, yaws=(0.0
     return made
 
 
-def lever_of(offset):
-    x, y, yaw = offset
-    lever = complex(x, y) * np.exp(-1j * yaw)
-    return np.array([lever.real, lever.imag])
-
-
 @given(st.tuples(short, short, angles), st.floats(0.5, 2.0), slow, slow, angles, st.floats(-0.2, 0.2))
 def test_turn_scale_and_biases_are_found(offset, scale, bias, drift, yaw, veer):
     driven = strokes(offset, scale=scale, bias=bias, drift=drift, yaws=(yaw, yaw + 2.0, yaw + 4.0), veer=veer)
-    fit = fit_axes(driven, lever_of(offset))
+    lever = complex(*offset[:2]) * np.exp(-1j * offset[2])
+    fit = fit_axes(driven, np.array([lever.real, lever.imag]))
     assert abs(math.remainder(fit.turn + offset[2], math.tau)) < 1e-9
     assert fit.scale == pytest.approx(scale)
     assert abs(fit.robot_bias - bias * np.exp(-1j * offset[2])) < 1e-9

@@ -78,8 +78,8 @@ def test_walls_tips_and_posts_never_move(velocity, yaw_rate, noise, seed):
         assert not len(returns.movers)
 
 
-def walks(speed: float, begins: float = 0.3):
-    return lambda t: WALK + np.array([max(0.0, t - begins) * speed, 0.0])
+def walks(speed: float):
+    return lambda t: WALK + np.array([max(0.0, t - 0.3) * speed, 0.0])
 
 
 @pytest.mark.parametrize("speed", [0.3, 0.6, 1.2])

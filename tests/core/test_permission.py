@@ -11,15 +11,11 @@ from hypothesis import strategies as st
 from collplan_core.ages import STEP, SenderAge, SmallestDelay
 from collplan_core.control.permission import is_blocked, is_relocated, why_refuse_plan, why_shows_itself
 from collplan_core.parameters import Limits, LocalMapping, Mocap, Robot, Settings
-from collplan_core.plan import Plan, timed_path
+from collplan_core.plan import timed_path
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
 LIMITS, LEAP_MARGIN = Limits(), Mocap().leap_margin
-
-
-def plan(stamp: float, duration: float = 1.0) -> Plan:
-    return timed_path(stamp, stamp + np.linspace(0.0, duration, 5), np.zeros((5, 2)), np.zeros((5, 2)))
 
 
 def at(stamp: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> State:
@@ -27,6 +23,7 @@ def at(stamp: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> State:
 
 
 def test_why_a_plan_is_refused():
+    plan = timed_path(2.0, np.linspace(2.0, 3.0, 5), np.zeros((5, 2)), np.zeros((5, 2)))
     for goal_stamp, now, words in (
         (1.9, 2.1, ""),
         (None, 2.1, "goal"),
@@ -36,7 +33,7 @@ def test_why_a_plan_is_refused():
         (1.9, 2.0 - 1.01 * LIMITS.pose_age, "begins"),
         (1.9, 3.5, "ended"),
     ):
-        reason = why_refuse_plan(plan(2.0), goal_stamp, now, LIMITS.pose_age)
+        reason = why_refuse_plan(plan, goal_stamp, now, LIMITS.pose_age)
         assert words in reason, (goal_stamp, now)
         assert bool(words) == bool(reason), (goal_stamp, now)
 

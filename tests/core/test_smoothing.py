@@ -105,10 +105,6 @@ def passed(problem: Problem, knots: Knots, gains: Gains | None = None, share: fl
     return forward(problem, knots, gains or no_gains(knots), share, new), new
 
 
-def duration(knots: Knots) -> float:
-    return float(knots.durations @ np.diff(knots.ends, prepend=0))
-
-
 @pytest.mark.parametrize("problem", [OPEN, WALL])
 def test_the_model_falls_as_fast_as_the_cost_through_contacts_too(problem):
     """By the share taken of what the gains ask for."""
@@ -159,7 +155,7 @@ def test_by_hand_straight_across_an_open_floor():
     distance, a, v = 2.0 - OPEN.constants.goal.tolerance, ACCELERATION_SHARE * ACCELERATION, SPEED
     begun = v / a - lag
     lost = begun * v - 0.5 * a * begun**2 + a * lag**2
-    assert duration(after) == pytest.approx((distance + lost) / v, rel=0.02)
+    assert after.durations @ np.diff(after.ends, prepend=0) == pytest.approx((distance + lost) / v, rel=0.02)
     best = rolled(OPEN, (-1.0, 0.0, 0.0, 0.0), np.tile((SPEED, 0.0), (60, 1)))
     assert best.cost < smoothed(OPEN, plan).cost < 1.02 * best.cost
 

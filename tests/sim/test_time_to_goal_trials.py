@@ -1,4 +1,4 @@
-"""Trials with the time-to-goal strategies: they arrive and bounce on purpose or not; runs repeat bit by bit."""
+"""Trials with the time-to-goal strategies: they arrive, and bounce on purpose or not."""
 
 from dataclasses import replace
 from functools import cache
@@ -29,11 +29,8 @@ N_COARSE = [n * len(SWITCH_STEPS) * n for n in (25, 13, 12)]
 
 
 @cache
-def trial(
-    strategy: str, world: str = "", seed: int = 0, known_map: bool = False, timeout: float = 30.0, shift: float = 0.0
-) -> TrialResult:
-    values = {"planner.strategy": strategy, "trial.known_map": known_map, "trial.timeout": timeout}
-    return run_trial(shifted(world or TURN, shift), SETTINGS.with_values(values), seed)
+def trial(strategy: str, world: str = "", seed: int = 0, shift: float = 0.0) -> TrialResult:
+    return run_trial(shifted(world or TURN, shift), SETTINGS.with_values({"planner.strategy": strategy}), seed)
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
