@@ -64,7 +64,7 @@ def hangs(*_):
 @pytest.mark.parametrize(
     ("node", "callback", "fault", "said"),
     [
-        (PlannerNode, "_on_scan", raises, "planner_node ended by ZeroDivisionError: in a callback"),
+        (PlannerNode, "_on_pose", raises, "planner_node ended by ZeroDivisionError: in a callback"),
         (ControllerNode, "_on_timer", hangs, "controller_node hangs"),
         (ControllerNode, "_make_inputs", raises, "controller_node ended by ZeroDivisionError: in a callback"),
     ],

@@ -22,7 +22,6 @@ from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, MoverFinding, Robot, ScanInput, Settings
 from collplan_core.plan import Plan
 from collplan_core.replay.journal import CONTROLLER, Journal
-from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
@@ -74,7 +73,7 @@ class ControllerNode(GraphNode):
         listen = Inputs(self, self._loop.refusals, Backlog(self))
         self._inputs = listen
         listen.listen(Empty, heartbeat.TOPIC, lambda _: None, qos.NEWEST, EVENT)
-        listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
+        listen_to_sensors(listen, self._journal, self._loop, self._on_pose, self._local, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
         listen.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         listen.listen(PointCloud2, "planner/trajectory", self._on_trajectory, qos.EVENT, EVENT)
@@ -101,13 +100,7 @@ class ControllerNode(GraphNode):
         self._journal.call(self._loop.take_pose, state, self._local())
 
     def _on_refused(self, message: String) -> None:
-        self._refuse("pose", message.data)
-
-    def _refuse(self, kind: str, reason: str) -> None:
-        self._journal.call(self._loop.refuse, kind, reason)
-
-    def _on_scan(self, scan: Scan) -> None:
-        self._journal.call(self._loop.take_scan, scan, self._local())
+        self._journal.call(self._loop.refuse, "pose", message.data)
 
     def _on_impact(self, message: Vector3Stamped) -> None:
         self._journal.call(self._loop.take_impact, *impact_from_message(message, self._settings.frames.map))

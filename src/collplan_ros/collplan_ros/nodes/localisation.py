@@ -9,6 +9,7 @@ from collplan_core.sensing.localised import FrameInMap
 from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS, TRANSFORMS
 from collplan_ros.messages.reading import MessageError, place_fields, seconds_from_stamp
+from collplan_ros.node_kit.clock import described_age
 from collplan_ros.node_kit.inputs import EVENT, Inputs
 
 UNLOCALISED = "unlocalised"
@@ -63,7 +64,6 @@ class Localisation:
         """The pose of the child in the parent; PoseError: there was no transform yet, or none for LONGEST_SILENCE."""
         age = self._local() - self._received
         if self.frame is None or age > LONGEST_SILENCE:
-            since = "yet" if self.frame is None else f"for {age:.1f} s"
-            missing = f"no transform from {self._parent} to {self._child} on /tf {since}"
+            missing = f"no transform from {self._parent} to {self._child} on /tf {described_age(age)}"
             raise PoseError(UNLOCALISED, f"{missing}: does a localisation run?")
         return self.frame

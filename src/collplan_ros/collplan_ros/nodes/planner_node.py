@@ -33,7 +33,6 @@ from collplan_core.parameters import (
 )
 from collplan_core.planners import deadlines, map_period_of
 from collplan_core.replay.journal import PLANNER, Journal
-from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
@@ -87,9 +86,7 @@ class PlannerNode(GraphNode):
         self._outputs = PlannerOutputs(self)
         backlog = Backlog(self)
         inputs = self._inputs = Inputs(self, loop.refusals, backlog)
-        listen_to_sensors(
-            inputs, lambda *why: journal.call(loop.refuse, *why), self._on_pose, self._on_scan, self._settings
-        )
+        listen_to_sensors(inputs, journal, loop, self._on_pose, self._local, self._settings)
         listen, command = inputs.listen, command_type(self._settings.controller)
         listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, EVENT, kind="goal")
         listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
@@ -119,9 +116,6 @@ class PlannerNode(GraphNode):
     def _on_pose(self, state: State) -> None:
         if self._decide(self._loop.take_pose, state, self._local()):
             self._timer.reset()  # after an impact: the next plan is due a map_period later
-
-    def _on_scan(self, scan: Scan) -> None:
-        self._journal.call(self._loop.take_scan, scan, self._local())
 
     def _on_goal(self, message: PoseStamped, identity: bytes | None = None) -> None:
         identity = identity or uuid.uuid4().bytes

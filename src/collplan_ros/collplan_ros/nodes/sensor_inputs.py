@@ -5,8 +5,11 @@ from collections.abc import Callable
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
-from collplan_core.scan import Scan, ScanError
+from collplan_core.replay.journal import Journal
+from collplan_core.scan import ScanError
 from collplan_core.state import State
 from collplan_ros.messages import qos
 from collplan_ros.messages.raw_reading import state_from_bytes
@@ -16,13 +19,20 @@ from collplan_ros.node_kit.inputs import Inputs
 
 def listen_to_sensors(
     inputs: Inputs,
-    refuse: Callable[[str, str], None],
+    journal: Journal,
+    loop: PlannerLoop | ControllerLoop,
     take_pose: Callable[[State], None],
-    take_scan: Callable[[Scan], None],
+    local: Callable[[], float],
     settings: Settings,
 ) -> None:
-    """Subscribes mocap/odom and scan; unusable ones go to `refuse` as "pose" or "scan", with the reason."""
+    """Subscribes mocap/odom and scan, and hands them to `loop` at a `local` time [s], also why one is unusable.
+
+    Poses go to `take_pose`, as a loop may decide at one.
+    """
     frames = settings.frames
+
+    def refuse(kind: str, reason: str) -> None:
+        journal.call(loop.refuse, kind, reason)
 
     def on_pose(raw: bytes) -> None:
         try:
@@ -39,7 +49,7 @@ def listen_to_sensors(
             refuse("scan", str(error))
             raise
         inputs.hint("scan", suspiciously_near(message, settings.scan))
-        take_scan(scan)
+        journal.call(loop.take_scan, scan, local())
 
     inputs.listen(Odometry, "mocap/odom", on_pose, qos.POSE_SUBSCRIBED, kind="pose", raw=True)
     inputs.listen(LaserScan, "scan", on_scan, qos.SENSOR_DATA, kind="scan")
