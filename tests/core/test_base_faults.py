@@ -26,8 +26,8 @@ def said_of(follows, commands=TOLD, law=FREE, late=0):
         sent.append(follows(told))
         drive = drive.with_command(told, PERIOD * k)
         v = velocity_after_step(law, *v, *sent[max(k - late, 0)])
-        now, measured = PERIOD * (k + 1), np.array(rotate(*(v + off), YAW))
-        drive = drive.with_pose(State(now, np.zeros(2), measured, YAW), now)
+        state = State(PERIOD * (k + 1), np.zeros(2), np.array(rotate(*(v + off), YAW)), YAW)
+        drive = drive.with_pose(state, state.stamp)
         faults.take_pose(drive, free=True)
     return faults.why_unlike
 

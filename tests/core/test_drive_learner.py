@@ -8,14 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.learning.drive import (
-    Drive,
-    Learnt,
-    LearntDrive,
-    drive_in_use,
-    drive_of,
-    with_drive,
-)
+from collplan_core.learning.drive import Drive, Learnt, LearntDrive, drive_in_use, drive_of, with_drive
 from collplan_core.learning.drive_learner import DriveLearner
 from collplan_core.parameters import Settings
 from collplan_core.velocity_law import VelocityLaw, velocity_after
@@ -38,8 +31,7 @@ class Robot:
     def __post_init__(self) -> None:
         self.random = np.random.default_rng(self.seed)
         self.position, self.velocity, self.aim = np.zeros(2), np.zeros(2), np.zeros(2)
-        self.commands, self.steps, self.next_aim = [(-1.0, np.zeros(2))], 0, 0.0
-        self.told = np.zeros((0, 3))
+        self.commands, self.told, self.steps, self.next_aim = [(-1.0, np.zeros(2))], np.zeros((0, 3)), 0, 0.0
 
     @property
     def now(self):

@@ -38,8 +38,7 @@ def driven(
     settings=SETTINGS, kind=OK, robot_stands="", makes_command=None, pushed=False, hit=None, refused=False, steps=600
 ):
     """A watch of a robot that starts at 0.75 m/s^2; `hit` is a change and whether a surface is near, each 0.1 s."""
-    watch, drive, x, v = DriveWatch(settings), DriveRecord(), 0.0, 0.0
-    random = np.random.default_rng(1)
+    watch, drive, random, x, v = DriveWatch(settings), DriveRecord(), np.random.default_rng(1), 0.0, 0.0
     for k in range(steps):
         now, wanted = 0.01 * k, 1.0 if k % 200 < 100 else -1.0
         position = np.array([x, 0.0]) + random.normal(0.0, 0.002, 2)

@@ -8,15 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, Command
-from collplan_core.control.motion_monitor import (
-    LATE,
-    OK,
-    REVERSED,
-    SLIP,
-    STUCK,
-    MotionRecord,
-    judge_motion,
-)
+from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionRecord, judge_motion
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.movers.record import NO_MOVERS
 from collplan_core.parameters import Settings
@@ -32,8 +24,7 @@ class Drive:
     """A robot that takes on commands by the believed law, `delay` late, with another mass or turned ones."""
 
     def __init__(self, delay=0.0, mass=1.0, matrix=NO_TURN, seed=0, touching=lambda now: False, stalls=(), push=0.0):
-        still = State(-STEP, np.zeros(2), np.zeros(2), 0.0)
-        self.record, self.verdicts = posed(MotionRecord(), still, -STEP, False), []
+        self.record, self.verdicts = posed(MotionRecord(), State(-STEP, *np.zeros((2, 2)), 0.0), -STEP, False), []
         self.delay, self.mass, self.matrix, self.touching, self.stalls = delay, mass, matrix, touching, stalls
         self.random, self.push = np.random.default_rng(seed), push
         self.commands, self.position, self.velocity, self.way = [(-1e9, np.zeros(2))], np.zeros(2), np.zeros(2), 0.0

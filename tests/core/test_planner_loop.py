@@ -10,7 +10,7 @@ from straight_planner import STRAIGHT
 from collplan_core.control.permission import plan_lifetime
 from collplan_core.deadline import never
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING
-from collplan_core.loop import current_goal, progress
+from collplan_core.loop import progress
 from collplan_core.loop.decisions import ERROR, INFO, WARNING
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.recovery import way_left
@@ -75,7 +75,7 @@ def test_a_goal_inside_what_scans_show_is_given_up_not_for_a_single_scan():
     assert statuses(loop.cycle(1.02)) == []
     assert "cannot stand" in loop.trouble
     ended = []
-    for stamp in np.arange(1.1, 1.2 + current_goal.CLOSED_OFF_TIME, 0.1).tolist():
+    for stamp in np.arange(1.1, 1.2 + progress.CLOSED_OFF_TIME, 0.1).tolist():
         see(loop, stamp)
         ended += statuses(loop.cycle(stamp))
     assert ended == [ABORTED]
@@ -143,13 +143,13 @@ def test_a_goal_that_stays_closed_off_is_given_up_one_that_was_for_a_moment_is_n
     closing = replace(STRAIGHT, plan=failing, gives_up_closed_off_goal=True)
     monkeypatch.setitem(PLANNERS, "custom", closing)
     loop = with_goal()
-    stamps = np.arange(1.02, 1.02 + current_goal.CLOSED_OFF_TIME + 0.3, 0.1).tolist()
+    stamps = np.arange(1.02, 1.02 + progress.CLOSED_OFF_TIME + 0.3, 0.1).tolist()
     ended = []
     for stamp in stamps:
         see(loop, stamp)
         ended += [stamp for status in statuses(loop.cycle(stamp)) if status == ABORTED]
     assert len(ended) == 1
-    assert ended[0] - 1.02 == pytest.approx(current_goal.CLOSED_OFF_TIME, abs=0.11)
+    assert ended[0] - 1.02 == pytest.approx(progress.CLOSED_OFF_TIME, abs=0.11)
 
 
 def flickering(memory, local_map, state, goal, settings, deadline=never):
@@ -182,8 +182,7 @@ def test_a_mover_beside_a_robot_that_stays_is_named_one_that_waits_for_no_one_or
     ):
         stays, found = progress.Progress(), ""
         for local in np.arange(0.0, progress.PATIENCE + 1.0, 0.05).tolist():
-            found = found or stays.why_no_further(np.zeros(2), 1.0, local)
-            stays.beside(movers, np.zeros(2), goal)
+            found = found or stays.why_no_further(np.zeros(2), goal, movers, 1.0, local)
             stays.commanded(np.full(2, 0.1 * driven), local)
             stays.planned(local)
         assert (said in found) if said else not found, (said, found)
@@ -193,7 +192,7 @@ def test_time_in_which_no_scan_comes_closes_no_goal_off(monkeypatch):
     monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, plan=failing, gives_up_closed_off_goal=True))
     loop = with_goal()
     assert statuses(loop.cycle(1.02)) == []
-    after = 1.2 + current_goal.CLOSED_OFF_TIME
+    after = 1.2 + progress.CLOSED_OFF_TIME
     for local in np.arange(1.1, after - 0.05, 0.1).tolist():
         loop.take_pose(at(local), local)
         assert statuses(loop.cycle(local)) == []

@@ -1,5 +1,6 @@
 """A goal and its status."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,3 +26,11 @@ class Goal:
     def active(self) -> bool:
         """True where the robot is to drive to it."""
         return self.status in ACTIVE
+
+    def is_at(self, position: np.ndarray, tolerance: float) -> bool:
+        """Returns whether it is active and within `tolerance` [m] of a position (2,) [m]."""
+        return self.active and math.dist(position.tolist(), self.position.tolist()) <= tolerance
+
+
+NOT_GIVEN = Goal(b"", 0.0, np.full(2, np.nan), NO_GOAL)
+"""What stands for the goal before there is one."""

@@ -62,9 +62,12 @@ class BaseFaults:
 
     def take_pose(self, drive: DriveRecord, free: bool) -> None:
         """Takes a pose; `free` where nothing but the wheels moves the robot, and it joins the one before."""
-        self._free = drive.since(self._free) if free else drive.forgotten()
+        if not free:
+            self._free, self._next = drive.forgotten(), -np.inf
+            return
+        self._free = drive.since(self._free)
         sent, motion = drive.commands[:, 1], self._free.motion
-        if not free or len(sent) == 0:
+        if len(sent) == 0:
             return
         begin = motion[-1, 1] - WINDOW
         if motion[-1, 1] < self._next or motion[0, 1] > begin or sent[0] > begin:

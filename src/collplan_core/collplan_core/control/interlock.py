@@ -4,6 +4,7 @@ Both ends of the graph use it, each for its own faults: the controller for poses
 commands, the line and the emergency stop.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 KNOWN_GOALS = 100
@@ -40,3 +41,36 @@ class Interlock:
         """Returns the interlock with a goal noted by its identity; held or free as before."""
         others = [known for known in self.goals if known != goal]
         return replace(self, goals=(*others, goal)[-KNOWN_GOALS:])
+
+
+@dataclass(frozen=True)
+class Hold:
+    """The controller's interlock, and what is to hold the robot where it lasts; times on the local clock [s]."""
+
+    interlock: Interlock = Interlock()
+    patience: float = LONGEST_FAULT  # time for which there may be a reason to stand
+    fault_since: float = math.inf  # time since which there is one; inf without
+    lost_since: float = math.inf  # the same of what was there before
+    mistrusted: str = ""  # verdict for which motion is mistrusted until a person resumes; empty without
+    kidnapping_is_known: bool = False  # whether a person has let the robot go on while its poses were refused
+
+    def held(self, reason: str) -> "Hold":
+        """Returns the same, held from now on."""
+        return replace(self, interlock=self.interlock.held(reason))
+
+    def resumed(self, patience: float, kidnapping_is_known: bool) -> "Hold":
+        """Returns the same, free from now on; inputs and a plan must be there within `patience` [s]."""
+        return Hold(self.interlock.resumed(), patience, kidnapping_is_known=kidnapping_is_known)
+
+    def after(self, reason: str, lost: str, local: float) -> "Hold":
+        """Returns the same after a period with a reason to stand, and one by what was there; "" without.
+
+        It is held where the first has lasted for `patience`, or the second for LONGEST_FAULT.
+        """
+        since = min(self.fault_since, local) if reason else math.inf
+        lost_since = min(self.lost_since, local) if lost else math.inf
+        hold = replace(self, fault_since=since, lost_since=lost_since)
+        if not reason:
+            return replace(hold, patience=LONGEST_FAULT)
+        lasts = local - since > self.patience or local - lost_since > LONGEST_FAULT
+        return hold.held(reason) if lasts else hold

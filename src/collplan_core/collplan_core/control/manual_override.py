@@ -27,6 +27,7 @@ class ManualCommand:
     yaw_rate: float  # [rad/s]
     sent: float  # time at which the person's node sent it [s, local clock]
     trouble: str = ""  # reason not to follow it, such as several nodes that send such commands; empty without one
+    released: bool = False  # whether the robot may go on after it: a person at rest has resumed
 
     @property
     def is_rest(self) -> bool:

@@ -43,8 +43,8 @@ ACCELERATIONS, LAGS, DELAYS = (0.25, 3.0, 24), (0.25, 5.0, 12), (0.0, 0.09, 4)
 """First and last node and their number: factors of the belief, and delays after the earliest that may be [s]."""
 INTERVAL = 1.645
 """Half the width of an interval that holds nine of ten, in standard deviations."""
-LEAST_LAG = 0.02
-"""A shorter lag is no different [s]."""
+LEAST_LAG, KEPT = 0.02, 1.0
+"""A shorter lag is no different; commands that are older than the newest by more are not looked at [s]."""
 
 
 class _Pose(NamedTuple):
@@ -83,7 +83,7 @@ class DriveLearner:
 
     def take_pose(self, pose: tuple[float, float, float, float], commands: np.ndarray) -> None:
         """Takes a pose: its stamp [s], x, y [m] and yaw [rad]; commands (n, 3), as in `bank.foresee`."""
-        self._commands = commands
+        self._commands = commands[max(int(commands[:, 0].searchsorted(commands[-1:, 0].sum() - KEPT)) - 1, 0) :]
         if pose[0] >= self._blocked:
             self._waiting.append(_Pose(*pose))
         while self._waiting and self._waiting[0].stamp <= pose[0] - WAIT:

@@ -10,7 +10,7 @@ into what moves. Waiting for that is no reason to hold the robot.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,11 +18,11 @@ from collplan_core.command import Command, stopped
 from collplan_core.control.brush import Brush
 from collplan_core.control.drive_record import BY_STAMP
 from collplan_core.control.follow import ControllerMemory, clip_command, follow, saturate
-from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
+from collplan_core.control.interlock import REMEDY, Hold
 from collplan_core.control.manual_override import TAKEN, ManualCommand, overrides, overriding_command, why_no_override
 from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
-from collplan_core.goal import NO_GOAL, Goal
+from collplan_core.goal import NOT_GIVEN, Goal
 from collplan_core.learning.drive import with_drive
 from collplan_core.local_map import LocalMap
 from collplan_core.loop.delay_prediction import motion_under_way
@@ -50,11 +50,13 @@ WHY_KIDNAPPED = "the robot was carried or turned, or another body is taken for i
 
 
 @dataclass(frozen=True, eq=False)
-class FollowedPlan:
-    """The plan being followed, and the local map of the newest scan that was there when it was made."""
+class Following:
+    """The plan being followed, if any, and how far."""
 
-    plan: Plan
-    local_map: LocalMap
+    waiting: Plan | None = None  # a newer plan, whose pose or scan has not come
+    plan: Plan | None = None
+    local_map: LocalMap | None = None  # of the newest scan that was there when the plan was made
+    memory: ControllerMemory = field(default_factory=ControllerMemory)
 
 
 class ControllerLoop:
@@ -67,7 +69,7 @@ class ControllerLoop:
 
         `sensed` is that of a planner which is given the same poses and scans; one of its own by default.
         """
-        self.goal: Goal | None = None  # the present goal of planner and robot; None before the first
+        self.goal = NOT_GIVEN  # the present goal of planner and robot
         self.refusals = Refusals()  # counts of what was refused
         self.motion = MotionWatch()  # monitoring of the robot's motion, compared with its commands
         self.drive = DriveWatch(settings)  # the drive in use, and what was learnt of it
@@ -76,19 +78,11 @@ class ControllerLoop:
         self._settings = self._given = settings
         self._why_forbidden = why_forbidden
         self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
-        self._waiting: Plan | None = None
-        self._followed: FollowedPlan | None = None
-        self._memory = ControllerMemory()
+        self._following = Following()
         self._hand: ManualCommand | None = None
-        self._released_command: ManualCommand | None = None
         self._robot_stands = ""
         self._sent = stopped("just started")
-        self._mistrusted = ""
-        self._interlock = Interlock()
-        self._kidnapping_is_known = False
-        self._patience = LONGEST_START
-        self._fault_since: float | None = None
-        self._lost_since: float | None = None
+        self._hold = Hold(patience=LONGEST_START)
 
     def change_settings(self, settings: Settings) -> None:
         """Uses other settings from now on."""
@@ -102,22 +96,22 @@ class ControllerLoop:
     @property
     def goal_active(self) -> bool:
         """True where there is a goal that the robot is to drive to."""
-        return self.goal is not None and self.goal.active
+        return self.goal.active
 
     @property
     def goal_status(self) -> str:
         """Status of the newest goal."""
-        return NO_GOAL if self.goal is None else self.goal.status
+        return self.goal.status
 
     @property
     def held(self) -> str:
         """Reason why only a new goal or `resume` lets the robot move; "" where neither is needed."""
-        return self._interlock.reason
+        return self._hold.interlock.reason
 
     @property
     def plan(self) -> Plan | None:
         """The plan being followed."""
-        return None if self._followed is None else self._followed.plan
+        return self._following.plan
 
     def now(self, local: float) -> float | None:
         """The time on the poses' clock [s]; None before the first pose."""
@@ -131,7 +125,7 @@ class ControllerLoop:
         self.motion.take_pose(state, local, joins, self._settings, self._inputs.sensed.movers)
         self.drive.take_pose(self.motion.drive, joins, self.motion.pushed)
         if not joins:
-            self._forget_plans()
+            self._following = Following()
 
     def take_impact(self, stamp: float, change: np.ndarray) -> None:
         """Takes an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
@@ -151,11 +145,11 @@ class ControllerLoop:
         if kind == "pose":
             self.drive.refuse_pose()
         if kind == "pose" and reason.startswith(KIDNAPPED):
-            if self.goal_active and not self.held and not self._kidnapping_is_known:
-                self._interlock = self._interlock.held(WHY_KIDNAPPED)
+            if self.goal_active and not self.held and not self._hold.kidnapping_is_known:
+                self._hold = self._hold.held(WHY_KIDNAPPED)
             return
         if kind == "pose" and not self._inputs.refuses_poses:
-            self._kidnapping_is_known = False
+            self._hold = replace(self._hold, kidnapping_is_known=False)
         self._inputs.refuse(kind, reason)
 
     def forget_scans(self) -> None:
@@ -178,14 +172,14 @@ class ControllerLoop:
 
         A goal not received before releases a hold if it is active; a planner that starts without a goal does not.
         """
-        if goal.active and goal.id not in self._interlock.goals:
-            self._memory = ControllerMemory()
+        if goal.active and goal.id not in self._hold.interlock.goals:
+            self._remember(ControllerMemory())
             self._go_on(LONGEST_START)
-        self._interlock = self._interlock.after_goal(goal.id)
+        self._hold = replace(self._hold, interlock=self._hold.interlock.after_goal(goal.id))
         self.goal = goal
-        plans = [plan for plan in (self._waiting, self.plan) if plan is not None]
+        plans = [plan for plan in (self._following.waiting, self.plan) if plan is not None]
         if not goal.active or any(plan.stamp <= goal.stamp for plan in plans):
-            self._forget_plans()
+            self._following = Following()
 
     def resume(self) -> None:
         """Lets the robot go on to its goal, on a person's request."""
@@ -195,41 +189,38 @@ class ControllerLoop:
         # not while driving: goals in quick succession would stop the monitoring of its motion
         if self.held or not self.goal_active or self.motion.verdict.kind in STOPPING:
             self.motion.forget()
-        self._interlock = self._interlock.resumed()
         self.motion.brush = Brush()
         # a person at rest may have let go, which their silence will show; one who goes on commanding keeps the robot
         if self._hand is not None and self._hand.is_rest:
-            self._released_command = self._hand
-        self._mistrusted = ""
-        self._kidnapping_is_known = self._inputs.refuses_poses
+            self._hand = replace(self._hand, released=True)
+        self._hold = self._hold.resumed(patience, self._inputs.refuses_poses)
         self.forget_scans()
-        self._patience, self._fault_since, self._lost_since = patience, None, None
 
     def take_plan(self, plan: Plan, local: float) -> str:
         """Takes a plan, or the same again; returns why it is refused, or "" where it will be followed."""
-        goal_stamp = self.goal.stamp if self.goal is not None and self.goal.active else None
+        goal_stamp = self.goal.stamp if self.goal.active else None
         reason = why_refuse_plan(plan, goal_stamp, self._inputs.now(local), self._settings.limits.pose_age)
         if reason:
             return reason
-        if self._waiting is not None and self._waiting.stamp != plan.stamp:
-            self.refusals.add("plan", f"no pose or no scan came for its stamp {self._waiting.stamp:.3f}")
-        self._waiting = plan
+        waiting = self._following.waiting
+        if waiting is not None and waiting.stamp != plan.stamp:
+            self.refusals.add("plan", f"no pose or no scan came for its stamp {waiting.stamp:.3f}")
+        self._following = replace(self._following, waiting=plan)
         self._adopt()
         return ""
 
     def _adopt(self) -> None:
         """Starts to follow the waiting plan once its pose and a scan have come: topics have no common order."""
-        plan = self._waiting
+        plan, memory = self._following.waiting, self._following.memory
         # no pose is kept for a plan made before a break in the poses
         if plan is None or self._inputs.sensed.pose_at(plan.stamp) is None:
             return
         placed = self._inputs.sensed.newest_mapped(self._settings, until=plan.stamp)
         if placed is not None:
-            self._waiting, self._followed = None, FollowedPlan(plan, placed.local_map)
+            self._following = Following(None, plan, placed.local_map, memory)
 
-    def _forget_plans(self) -> None:
-        self._waiting = self._followed = None
-        self._memory = ControllerMemory()
+    def _remember(self, memory: ControllerMemory) -> None:
+        self._following = replace(self._following, memory=memory)
 
     # ---- control
 
@@ -238,9 +229,9 @@ class ControllerLoop:
         self.motion.judge(local, self._settings)
         if self.motion.verdict.kind in STOPPING:
             # until a person resumes: at a constant speed turned motion does not show, and is as wrong
-            self._mistrusted = self.motion.verdict.reason
+            self._hold = replace(self._hold, mistrusted=self.motion.verdict.reason)
         self._adopt()
-        hand, integral = self._hand, self._memory.integral
+        hand, integral = self._hand, self._following.memory.integral
         if hand is not None and overrides(hand, local, self._settings.limits):
             command = self._kept_off(self._override(hand, local), None, local)
             self.override_trouble = self.override_trouble or command.reason
@@ -250,7 +241,7 @@ class ControllerLoop:
             command = self._kept_off(wanted, acts, local)
             if command is not wanted:
                 # the position is off the reference because the robot waits, not because something pushes it
-                self._memory = replace(self._memory, integral=integral)
+                self._remember(replace(self._following.memory, integral=integral))
         self.motion.commanded(command, local)
         if self.drive.commanded(command, self._inputs.now(local), self.motion.verdict.kind, self._robot_stands):
             self._settings = with_drive(self._given, self.drive.in_use)
@@ -260,12 +251,12 @@ class ControllerLoop:
     def _override(self, hand: ManualCommand, local: float) -> Command:
         limits, state = self._settings.limits, self._inputs.state
         # after manual control the planner drives again only when a person resumes, and with a new heading
-        if not self.held and hand is not self._released_command:
-            self._interlock = self._interlock.held(TAKEN)
-        self._memory = ControllerMemory()
+        if not self.held and not hand.released:
+            self._hold = self._hold.held(TAKEN)
+        self._remember(ControllerMemory())
         lost = self._inputs.why_no_pose(local, limits)
         reason = why_no_override(hand, self._robot_stands, lost, None if state is None else state.position, limits)
-        self.override_trouble = reason or lost or self._mistrusted
+        self.override_trouble = reason or lost or self._hold.mistrusted
         if reason:
             return stopped(f"by hand: {reason}")
         command = overriding_command(hand, self._sent, bool(self.override_trouble), self._settings)
@@ -277,16 +268,18 @@ class ControllerLoop:
     def _planned_command(self, local: float) -> tuple[Command, State | None]:
         """The command by the plan, and the robot when it acts; None where it stands."""
         reason = self._why_still(local)
-        followed, state, now = self._followed, self._inputs.state, self._inputs.now(local)
-        if reason or followed is None or state is None or now is None:
-            self._memory = ControllerMemory(heading=self._memory.heading)
+        plan, shown, memory = self.plan, self._following.local_map, self._following.memory
+        state, now = self._inputs.state, self._inputs.now(local)
+        if reason or plan is None or shown is None or state is None or now is None:
+            self._remember(ControllerMemory(heading=memory.heading))
             return stopped(reason), None
-        settings, drive = self._settings, followed.plan.drive
+        settings, drive = self._settings, plan.drive
         if drive is not None and drive != self.drive.in_use:
             # a lead that suits another drive is none
             settings = with_drive(self._given, drive)
-        state, now = self._when_it_acts(state, now, followed.local_map, settings)
-        command, self._memory = follow(self._memory, followed.plan, followed.local_map, state, now, settings)
+        state, now = self._when_it_acts(state, now, shown, settings)
+        command, memory = follow(memory, plan, shown, state, now, settings)
+        self._remember(memory)
         clipped = clip_command(command.velocity, command.yaw_rate, settings.robot, settings.limits)
         if clipped is None:
             self.refusals.add("command", f"{command.velocity.tolist()} m/s, {command.yaw_rate} rad/s")
@@ -309,8 +302,8 @@ class ControllerLoop:
         delay = settings.robot.motion_delay
         if delay <= 0.0:
             return state, now
-        ahead = now + delay - state.stamp
-        state = motion_under_way(state, self.motion.drive.told(BY_STAMP), delay, ahead, local_map, settings).end
+        told, ahead = self.motion.drive.told(BY_STAMP), now + delay - state.stamp
+        state = motion_under_way(state, told, delay, ahead, local_map, settings).end
         return state, state.stamp
 
     def _kept_off(self, command: Command, acts: State | None, local: float) -> Command:
@@ -331,29 +324,15 @@ class ControllerLoop:
         forbidden = self._why_forbidden() or self._robot_stands
         reason = forbidden or self._stop_reason(local)
         if not self.goal_active:
-            self._fault_since = self._lost_since = None
+            self._hold = self._hold.after("", "", local)
             return reason
         if not self.held:
-            self._interlock = self._interlock.held(self._why_hold(reason, forbidden, local))
+            why = self.motion.why_hold(local, self._settings)
+            lost = forbidden or self._inputs.why_lost(local, self._settings.limits)
+            self._hold = self._hold.held(why) if why else self._hold.after(reason, lost, local)
         if self.held:
             return f"held: {self.held}; {REMEDY}"
-        if self.motion.brush.why:
-            return reason or BRUSHED
-        if not reason:
-            self._patience = LONGEST_FAULT
-        return reason
-
-    def _why_hold(self, reason: str, forbidden: str, local: float) -> str:
-        """Returns why only a person may let the robot move on at `local` [s]; "" where it goes on by itself."""
-        # `reason` is why it must not move now, `forbidden` the external part of that.
-        why = self.motion.why_hold(local, self._settings)
-        if why:
-            return why
-        lost = forbidden or self._inputs.why_lost(local, self._settings.limits)
-        self._fault_since = _since(self._fault_since, reason, local)
-        self._lost_since = _since(self._lost_since, lost, local)
-        lasts = _lasts(self._fault_since, self._patience, local) or _lasts(self._lost_since, LONGEST_FAULT, local)
-        return reason if lasts else ""
+        return reason or (BRUSHED if self.motion.brush.why else "")
 
     def _stop_reason(self, local: float) -> str:
         """Returns the reason why the robot must not move now, "" where it may, without regard to its motion."""
@@ -361,22 +340,10 @@ class ControllerLoop:
             return "no active goal"
         limits, state = self._settings.limits, self._inputs.state
         outside = "" if state is None else why_outside(state.position, limits)
-        return self._inputs.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
-
-    def _why_plan_is_stale(self, local: float) -> str:
-        plan, now = self.plan, self._inputs.now(local)
+        stale, plan, now = self._inputs.why_stale(local, limits) or outside, self.plan, self._inputs.now(local)
+        if stale:
+            return stale
         if plan is None or now is None:
             return "no plan yet"
-        age = self._settings.limits.plan_age if plan.valid_until is None else plan.valid_until - plan.stamp
+        age = limits.plan_age if plan.valid_until is None else plan.valid_until - plan.stamp
         return why_stale("plan", now - plan.stamp, age)
-
-
-def _since(since: float | None, reason: str, local: float) -> float | None:
-    """Returns the time since which there has been a reason [s], from the previous result; None without a reason."""
-    if not reason:
-        return None
-    return local if since is None else since
-
-
-def _lasts(since: float | None, patience: float, local: float) -> bool:
-    return since is not None and local - since > patience

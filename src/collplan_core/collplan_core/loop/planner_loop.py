@@ -12,7 +12,7 @@ jump, stop or start over, memory is dropped and the goal gets a new stamp, which
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,10 +20,9 @@ import numpy as np
 from collplan_core.control.drive_record import BY_STAMP
 from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal, why_shows_itself
 from collplan_core.deadline import Deadline
-from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
+from collplan_core.goal import ABORTED, AT_REST, CANCELED, EXECUTING, NOT_GIVEN, SUCCEEDED, Goal
 from collplan_core.learning.drive import DRIVE, Drive, drive_of, with_drive
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
 from collplan_core.loop.delay_prediction import motion_under_way
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
@@ -34,7 +33,7 @@ from collplan_core.loop.sensed_scans import PlacedScan, SensedScans
 from collplan_core.movers.record import Movers
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
-from collplan_core.planners import local_mapping_of, map_period_of, planner_for
+from collplan_core.planners import Planner, local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.scan_filters import add_bumped_obstacles
 from collplan_core.state import State
@@ -43,6 +42,28 @@ NOTICE_PAUSE = 1.0
 """Shortest time between two notices that there is no plan [s]."""
 ALARM_PERIODS = 2.0
 """Shortest time between two plans made at once after impacts, in map_periods."""
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What the loop is made with."""
+
+    settings: Settings
+    in_use: Settings  # the same with the drive that was learnt
+    make_deadline: Callable[[Settings], Deadline]
+    known_map: Any
+    why_forbidden: Callable[[], str]
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """What the next plan begins with."""
+
+    memory: Any  # the planner's
+    speed: float  # top speed of the newest plan [m/s]
+    placed: PlacedScan | None = None
+    """The newest scan whose pose is known; bumped obstacles are in its local map, and not in the scan."""
+    until: float = 0.0  # stamp after which a plan must begin [s]
 
 
 class PlannerLoop:
@@ -64,33 +85,33 @@ class PlannerLoop:
             why_forbidden: returns an external reason to make no plan, in each cycle; empty where there is none.
             sensed: record of a controller that takes the same poses and scans; one of its own by default.
         """
-        self.goal = CurrentGoal()  # the newest goal and its status
+        self.goal = NOT_GIVEN  # the newest goal and its status
         self.refusals = Refusals()  # counts of what was refused
         self.trouble = ""  # reason why there is no plan or the goal has ended; empty while plans are made
         # plans made, impacts received, and plans that foresaw a contact faster than limits.impact_speed
         self.n_plans = self.n_impacts = self.n_hard_plans = 0
-        self._settings = self._given = settings
-        self._planned_speed = settings.robot.max_speed
+        self._given = Given(settings, settings, make_deadline, known_map, why_forbidden)
         self._drive = drive_of(settings.robot) if settings.robot.learning == DRIVE else None
-        self._planner = planner_for(settings.planner.strategy)
-        self._make_deadline = make_deadline
-        self._why_forbidden = why_forbidden
-        self._known_map = self._memory = known_map
         self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
         self._recovery, self._progress = Recovery(), Progress()
-        # bumped obstacles are in its local map, and not in the scan
-        self._placed: PlacedScan | None = None
-        self._planned_until = 0.0
-        self._reported, self._noticed = "", -math.inf
+        self._planned = Planned(known_map, settings.robot.max_speed)
+        self._reported = "", -math.inf  # kind of the newest trouble that was said, "" where it is over; when [s]
         self._decisions: list[Decision] = []
 
     def change_settings(self, settings: Settings) -> None:
         """Uses other settings from now on; another strategy begins without memory."""
-        if settings.planner.strategy != self._settings.planner.strategy:
-            self._memory = self._known_map
-            self._planner = planner_for(settings.planner.strategy)
-        self._given, self._settings = settings, with_drive(settings, self._drive)
+        if settings.planner.strategy != self._given.settings.planner.strategy:
+            self._planned = replace(self._planned, memory=self._given.known_map)
+        self._given = replace(self._given, settings=settings, in_use=with_drive(settings, self._drive))
+
+    @property
+    def _settings(self) -> Settings:
+        return self._given.in_use
+
+    @property
+    def _planner(self) -> Planner:
+        return planner_for(self._settings.planner.strategy)
 
     @property
     def state(self) -> State | None:
@@ -136,7 +157,7 @@ class PlannerLoop:
     def take_drive(self, max_acceleration: float, lag: float, delay: float) -> None:
         """Takes the drive that the controller uses from now on: [m/s^2], [s], [s]."""
         self._drive = Drive(max_acceleration, lag, delay)
-        self._settings = with_drive(self._given, self._drive)
+        self._given = replace(self._given, in_use=with_drive(self._given.settings, self._drive))
 
     def take_manual_command(self) -> None:
         """Takes a person's command, which the robot follows instead of the plan."""
@@ -177,21 +198,26 @@ class PlannerLoop:
             return self.refuse_goal(identity, reason)
         again = self.goal.is_at(position, self._settings.planner.goal_tolerance)
         self._begin_goal(again)
+        self._progress.may_be_open()
+        if not again:
+            self._progress.begin_goal(local)
         self.forget_scans()
-        goal = self.goal.accept(Goal(identity, self._planned_until, position), local, again)
-        self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
+        self.goal = Goal(identity, self._planned.until, position)
+        self._decisions += [self.goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
         return self._decided()
 
     def refuse_goal(self, identity: bytes, reason: str) -> list[Decision]:
         """Takes an invalid goal; this ends the previous one too."""
         self._begin_goal()
-        self._decisions.append(self.goal.refuse(Goal(identity, self._planned_until, np.full(2, np.nan))))
+        self.goal = Goal(identity, self._planned.until, np.full(2, np.nan), ABORTED)
+        self._decisions.append(self.goal)
         self._refuse_goal(reason)
         return self._decided()
 
     def _forget_plan(self) -> None:
         """Drops the plan in force, as the robot is led by something else; remembered boundaries stay."""
-        self._memory = None if self._memory is None else self._planner.without_plan(self._memory)
+        memory = self._planned.memory
+        self._planned = replace(self._planned, memory=None if memory is None else self._planner.without_plan(memory))
 
     def cancel(self) -> list[Decision]:
         """Ends an active goal."""
@@ -200,33 +226,35 @@ class PlannerLoop:
         return self._decided()
 
     def _begin_goal(self, again: bool = False) -> None:
-        self._memory, self._planned_until, self.trouble = self._known_map, self._inputs.newest_stamp, ""
+        self._planned = replace(self._planned, memory=self._given.known_map, until=self._inputs.newest_stamp)
+        self.trouble = ""
         if again:
             self._recovery.repeat_goal()
         else:
             self._recovery.begin_goal()
-            self._progress.begin_goal()
 
     def _forget_before(self, stamp: float) -> None:
         """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""
-        self._memory, self._placed, self._planned_until = self._known_map, None, stamp
+        self._planned = replace(self._planned, memory=self._given.known_map, placed=None, until=stamp)
         self._alarm.forget()
         self._recovery.forget()
-        self._progress.begin_goal()
+        self._progress.begin_poses()
         self.trouble = ""
-        goal = self.goal.restamp(stamp)
-        if goal is not None:
-            self._decisions.append(goal)
+        if self.goal.active:
+            # every plan made up to then is refused
+            self.goal = replace(self.goal, stamp=stamp)
+            self._decisions.append(self.goal)
 
     # ---- end of the goal
 
     def _end_goal(self, status: str) -> None:
-        self.trouble = self._reported = ""
-        self._announce(self.goal.become(status))
+        self.trouble, self._reported = "", ("", self._reported[1])
+        self._become(status)
 
-    def _announce(self, changed: Goal | None) -> None:
-        if changed is not None:
-            self._decisions += [changed, Notice(INFO, f"goal {changed.status}")]
+    def _become(self, status: str) -> None:
+        if status != self.goal.status:
+            self.goal = replace(self.goal, status=status)
+            self._decisions += [self.goal, Notice(INFO, f"goal {status}")]
 
     def _give_up(self, reason: str) -> None:
         self._end_goal(ABORTED)
@@ -248,7 +276,7 @@ class PlannerLoop:
 
     def why_stale(self, local: float) -> str:
         """Returns the reason why no plan is made: forbidden, or poses or scans unusable; "" where one is made."""
-        return self._why_forbidden() or self._inputs.why_stale(local, self._settings.limits)
+        return self._given.why_forbidden() or self._inputs.why_stale(local, self._settings.limits)
 
     def _plan_after_impact(self, local: float) -> None:
         due = self._alarm.is_due(self._inputs.state)
@@ -257,78 +285,56 @@ class PlannerLoop:
 
     def _cycle(self, local: float) -> None:
         settings, now = self._settings, self._inputs.now(local)
-        deadline = self._make_deadline(settings)
-        if self.goal.is_overdue(local, settings.planner.goal_timeout):
-            self._give_up(f"not reached within planner.goal_timeout, {settings.planner.goal_timeout:g} s")
+        deadline, progress = self._given.make_deadline(settings), self._progress
+        overdue = progress.why_overdue(local, settings.planner, self._planner.gives_up_closed_off_goal)
+        if overdue:
+            self._give_up(overdue)
             return
-        if not self._planner.gives_up_closed_off_goal and 0.0 < settings.planner.longest_detour < self._progress.way:
-            way = f"driven {self._progress.way:.0f} m without coming nearer than {self._progress.nearest:.2f} m"
-            self._give_up(f"{way}; limit planner.longest_detour, {settings.planner.longest_detour:g} m")
-            return
-        stale = self.why_stale(local)
-        if stale or now is None:
-            self.goal.may_be_open()
-            self._progress.leave()
+        stale, state = self.why_stale(local), self._inputs.state
+        if stale or now is None or state is None:
+            progress.may_be_open()
+            progress.leave()
             self._report_no_plan("stale", stale, local)
             return
-        if self._stays(local) or self._recovery.is_backing_out(now):
+        stays = progress.why_no_further(state.position, self.goal.position, self.movers, settings.robot.fastest, local)
+        if stays:
+            self._give_up(stays)
+            return
+        if self._recovery.is_backing_out(now):
             return
         try:
-            self._update_local_map()
+            placed = self._newest_placed()
         except ScanError as error:
             self._report_no_plan("no_plan", str(error), local)
             return
-        initial, newest = self._initial_state(), self._inputs.sensed.scan_stamp or 0.0
-        old = self._why_too_old(initial)
+        newest = self._inputs.sensed.scan_stamp or 0.0
+        no_pose = f"no pose for the scan's stamp {newest:.3f}"
+        if placed is None:
+            self._report_no_plan("no_pose", no_pose, local)
+            return
+        initial = state if self._planner.starts_at_newest_pose else placed.state
+        old = _why_too_old(initial, placed.scan, settings.limits.scan_age)
         if old:
             self._report_no_plan("stale", old, local)
-        elif initial is not None and initial.stamp > self._planned_until:
-            self._plan(initial, now + plan_lifetime(map_period_of(settings.planner)), local, deadline)
-        elif initial is None or newest > self._planned_until:
-            self._report_no_plan("no_pose", f"no pose for the scan's stamp {newest:.3f}", local)
+        elif initial.stamp > self._planned.until:
+            self._plan(initial, placed, now + plan_lifetime(map_period_of(settings.planner)), local, deadline)
+        elif newest > self._planned.until:
+            self._report_no_plan("no_pose", no_pose, local)
 
-    def _stays(self, local: float) -> bool:
-        """Gives the goal up where the robot has stayed about one place for long; returns whether it did."""
-        state, progress = self._inputs.state, self._progress
-        assert state is not None, "there is no time on the poses' clock without one"
-        stays = progress.why_no_further(state.position, self._settings.robot.fastest, local)
-        if stays:
-            self._give_up(stays)
-        progress.beside(self.movers, state.position, self.goal.position)
-        return bool(stays)
-
-    def _update_local_map(self) -> None:
-        """Makes the local map of the newest scan whose pose is known, once per scan."""
-        settings = self._settings
-        placed = self._inputs.sensed.newest_mapped(
-            settings, -math.inf if self._placed is None else self._placed.scan.stamp
-        )
+    def _newest_placed(self) -> PlacedScan | None:
+        """Returns the newest scan whose pose is known, with its local map, which is made once per scan."""
+        settings, before = self._settings, self._planned.placed
+        placed = self._inputs.sensed.newest_mapped(settings, -math.inf if before is None else before.scan.stamp)
         if placed is not None and len(self._recovery.felt):
             shown = add_bumped_obstacles(placed.scan, placed.state, self._recovery.felt, settings.robot.radius)
             mapping, returns = local_mapping_of(settings), placed.local_map.returns
             felt = build_local_map(shown, placed.state, settings.robot, mapping, returns)
             placed = replace(placed, local_map=felt)
-        self._placed = placed or self._placed
+        self._planned = replace(self._planned, placed=placed or before)
+        return self._planned.placed
 
-    def _initial_state(self) -> State | None:
-        """Returns the state at which a plan starts: the newest pose's or the newest scan's, as the planner requires."""
-        if self._placed is None:
-            return None
-        return self._inputs.state if self._planner.starts_at_newest_pose else self._placed.state
-
-    def _why_too_old(self, initial: State | None) -> str:
-        """Returns why no plan starts so long after the newest scan with known poses; "" where one does."""
-        if self._placed is None or initial is None:
-            return ""
-        # the age counts from the first beam, and the next scan arrives after its last one
-        scan, limit = self._placed.scan, self._settings.limits.scan_age
-        limit += max(0.0, scan.time_increment * (len(scan.ranges) - 1))
-        age = initial.stamp - scan.stamp
-        return f"the newest pose is {age:.2f} s after the newest scan, limit {limit:.2f} s" if age > limit else ""
-
-    def _plan(self, initial: State, valid_until: float, local: float, deadline: Deadline) -> None:
-        settings, placed, goal = self._settings, self._placed, self.goal.position
-        assert placed is not None, "there is no initial state without it"
+    def _plan(self, initial: State, placed: PlacedScan, valid_until: float, local: float, deadline: Deadline) -> None:
+        settings, goal = self._settings, self.goal.position
         reason = why_refuse_goal(goal, initial.position, settings.limits)
         if reason:
             self._end_goal(ABORTED)
@@ -345,15 +351,19 @@ class PlannerLoop:
         before = motion_under_way(initial, told, delay, delay, shown, settings) if delay > 0.0 else None
         begin = initial if before is None else before.end
         try:
-            plan, self._memory = self._planner.plan(self._memory, shown, begin, goal, settings, deadline)
+            plan, memory = self._planner.plan(self._planned.memory, shown, begin, goal, settings, deadline)
         except NoPlan as error:
-            self._memory = self._memory if error.memory is None else error.memory
+            if error.memory is not None:
+                self._planned = replace(self._planned, memory=error.memory)
             if len(self._recovery.felt):
-                self._try_the_same_way_again()
+                # they leave no way to the goal: the next cycle plans anew
+                self._recovery.forget_felt()
+                self._planned = replace(self._planned, placed=None)
                 return
             self._report_no_way(str(error), local, self._planner.gives_up_closed_off_goal)
             return
         self._progress.planned(local)
+        self._planned = replace(self._planned, memory=memory)
         self._decide_on(plan if before is None else before.before(plan), valid_until, shown)
 
     def _among_movers(self, settings: Settings) -> Settings:
@@ -361,21 +371,20 @@ class PlannerLoop:
         # A plan that passes ahead of a person at v_max is late at limits.unvouched_speed, and stops in their way.
         sensed, fastest = self._inputs.sensed, settings.robot.max_speed
         most = fastest if sensed.vouched or len(sensed.movers) == 0 else min(settings.limits.unvouched_speed, fastest)
-        if most != self._planned_speed:
-            self._planned_speed = most
+        if most != self._planned.speed:
+            self._planned = replace(self._planned, speed=most)
             self._forget_plan()
         return settings if most == fastest else replace(settings, robot=replace(settings.robot, max_speed=most))
 
     def _report_no_way(self, reason: str, local: float, gives_up: bool) -> None:
         """Makes no plan; gives the goal up where that lasts, as a single noisy scan may be wrong."""
-        placed = self._placed
+        placed = self._planned.placed
         shown = "" if placed is None else why_shows_itself(placed.scan, placed.state, self._settings.robot.radius)
         reason = shown or reason
         self._report_no_plan("no_plan", reason, local)
-        if gives_up:
-            self._progress.closed = reason
-        if gives_up and self.goal.is_closed_off(local):
-            self._give_up("; ".join(filter(None, (reason, self._progress.mover))))
+        closed_off = self._progress.why_closed_off(reason, local) if gives_up else ""
+        if closed_off:
+            self._give_up(closed_off)
 
     def _recover(self, stuck: str, state: State) -> None:
         """Backs out of a place where the robot is stuck, or gives the goal up where it was stuck too often."""
@@ -387,24 +396,22 @@ class PlannerLoop:
         plan = recovery.begin(state, self._settings)
         self._decisions.append(Notice(WARNING, f"{where}; try {recovery.tries} of {most}"))
         self._forget_plan()
-        if plan is not None and self._placed is not None:
+        if plan is not None and self._planned.placed is not None:
             lasts = float(plan.times[-1]) + plan_lifetime(map_period_of(self._settings.planner))
-            self._decide_on(plan, lasts, self._placed.local_map)
-
-    def _try_the_same_way_again(self) -> None:
-        """Drops bumped obstacles that leave no way to the goal, so that the next cycle plans anew."""
-        self._recovery.forget_felt()
-        self._placed = None
+            self._decide_on(plan, lasts, self._planned.placed.local_map)
 
     def _decide_on(self, plan: Plan, valid_until: float, local_map: LocalMap) -> None:
-        boundaries = None if self._memory is None else self._planner.boundaries(self._memory)
-        self._announce(self.goal.planned())
+        memory = self._planned.memory
+        boundaries = None if memory is None else self._planner.boundaries(memory)
+        self._progress.may_be_open()
+        self._become(EXECUTING)
         held = replace(plan, valid_until=valid_until, drive=self._drive)
         self._decisions.append(Cycle(held, local_map, boundaries))
-        if self._reported:
+        kind, noticed = self._reported
+        if kind:
             self._decisions.append(Notice(INFO, "plans again"))
-        self._planned_until = plan.stamp
-        self.trouble = self._reported = ""
+        self._planned = replace(self._planned, until=plan.stamp)
+        self.trouble, self._reported = "", ("", noticed)
         self.n_plans += 1
         self.n_hard_plans += plan.contacts.hardest > self._settings.limits.impact_speed
 
@@ -412,10 +419,19 @@ class PlannerLoop:
         self.trouble = reason
         self.refusals.add(kind, reason)
         # once when it begins: it comes again every map_period
-        if kind != self._reported and not 0.0 <= local - self._noticed < NOTICE_PAUSE:
-            self._reported, self._noticed = kind, local
+        before, noticed = self._reported
+        if kind != before and not 0.0 <= local - noticed < NOTICE_PAUSE:
+            self._reported = kind, local
             self._decisions.append(Notice(WARNING, f"no plan: {reason}"))
 
     def _decided(self) -> list[Decision]:
         decisions, self._decisions = self._decisions, []
         return decisions
+
+
+def _why_too_old(initial: State, scan: Scan, limit: float) -> str:
+    """Returns why no plan starts so long after the newest scan with known poses; "" where one does."""
+    # the age counts from the first beam, and the next scan arrives after its last one
+    limit += max(0.0, scan.time_increment * (len(scan.ranges) - 1))
+    age = initial.stamp - scan.stamp
+    return f"the newest pose is {age:.2f} s after the newest scan, limit {limit:.2f} s" if age > limit else ""
