@@ -17,11 +17,11 @@ from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
-from collplan_core.sensing.scan_consistency import range_noise
-from collplan_core.sensing.scan_filters import masked_beams, upside_down, used_scan
-from collplan_core.sensing.scan_plausibility import NOWHERE, ScanMemory, judge_scan
-from collplan_core.sensing.seen_walls import wall_of_each_beam
-from collplan_core.sensing.wall_lines import on_wall_lines
+from collplan_core.scans.consistency import range_noise
+from collplan_core.scans.filters import masked_beams, upside_down, used_scan
+from collplan_core.scans.plausibility import NOWHERE, ScanMemory, judge_scan
+from collplan_core.scans.remembered_walls import wall_of_each_beam
+from collplan_core.scans.wall_lines import on_wall_lines
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
 from collplan_core.worlds.raycast import simulate_scan

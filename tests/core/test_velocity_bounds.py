@@ -13,7 +13,7 @@ from collplan_core.paper_planner import plan_cycle as paper
 from collplan_core.paper_planner import trajectory
 from collplan_core.parameters import Limits, Robot, Settings
 from collplan_core.plan import timed_path
-from collplan_core.sensing.pose_filter import FRESH, SPEED, PoseSample, filter_pose
+from collplan_core.poses.pose_filter import FRESH, SPEED, PoseSample, filter_pose
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner import plan_cycle as time_to_goal
 from collplan_core.time_to_goal_planner.arrival import straight_time

@@ -10,7 +10,7 @@ from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.plan import timed_path
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages.conversions import header, pose_to_message, state_to_odometry
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes

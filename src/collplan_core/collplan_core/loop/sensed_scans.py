@@ -15,13 +15,13 @@ from collplan_core.movers.finding import MoverMemory, find_movers
 from collplan_core.movers.record import ALL_SEEN, MOVES, NO_MOVERS, Movers, SortedReturns, Unseen
 from collplan_core.parameters import LocalMapping, Settings
 from collplan_core.planners import local_mapping_of
+from collplan_core.poses.pose_history import PoseHistory
 from collplan_core.scan import Scan
-from collplan_core.sensing.lidar_mount import beam_poses, placed
-from collplan_core.sensing.pose_history import PoseHistory
-from collplan_core.sensing.scan_consistency import range_noise
-from collplan_core.sensing.scan_filters import masked_beams, used_scan
-from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
-from collplan_core.sensing.wall_lines import on_wall_lines
+from collplan_core.scans.consistency import range_noise
+from collplan_core.scans.filters import masked_beams, used_scan
+from collplan_core.scans.placing import beam_poses, placed
+from collplan_core.scans.plausibility import ScanMemory, judge_scan
+from collplan_core.scans.wall_lines import on_wall_lines
 from collplan_core.state import State
 
 

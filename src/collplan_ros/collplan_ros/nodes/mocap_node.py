@@ -19,9 +19,9 @@ from collplan_core.impact import Impact
 from collplan_core.learning.drive import Drive, with_drive
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.localised import FrameInMap, moved_impact, moved_state
-from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
-from collplan_core.sensing.pose_filter import (
+from collplan_core.poses.localised import FrameInMap, moved_impact, moved_state
+from collplan_core.poses.mocap_body import MeasuredPose, even_stamp, robot_pose
+from collplan_core.poses.pose_filter import (
     FRESH,
     KIDNAPPED,
     FilterResult,
@@ -30,7 +30,7 @@ from collplan_core.sensing.pose_filter import (
     filter_pose,
     warm_up,
 )
-from collplan_core.sensing.refused_pose import CLOCK, described_pose, why_clock_is_wrong, why_refused
+from collplan_core.poses.refused_pose import CLOCK, described_pose, why_clock_is_wrong, why_refused
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type

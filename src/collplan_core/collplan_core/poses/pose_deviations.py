@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 from collplan_core.parameters import Mocap, Robot
-from collplan_core.sensing.impact_detection import ACCELERATION_SHARE
-from collplan_core.sensing.pose_track import FittedMotion
+from collplan_core.poses.impact_detection import ACCELERATION_SHARE
+from collplan_core.poses.pose_track import FittedMotion
 
 
 class Deviations(NamedTuple):

@@ -27,11 +27,11 @@ import numpy as np
 
 from collplan_core.impact import Impact
 from collplan_core.parameters import Limits, Mocap, Settings
-from collplan_core.sensing.impact_detection import IMPACT_REACH, FittedImpact, detected_impact, top_speed
-from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
-from collplan_core.sensing.pose_track import BURST, FittedMotion, track_law, with_pose, with_pose_judged
-from collplan_core.sensing.shown_acceleration import NOTHING_SHOWN, Shown
-from collplan_core.sensing.six_degrees import NO_FLOOR, TILT, YAW, Floor, tilt_of, turns, why_off_floor
+from collplan_core.poses.impact_detection import IMPACT_REACH, FittedImpact, detected_impact, top_speed
+from collplan_core.poses.pose_deviations import EXACT, Deviations, deviations_of
+from collplan_core.poses.pose_track import BURST, FittedMotion, track_law, with_pose, with_pose_judged
+from collplan_core.poses.shown_acceleration import NOTHING_SHOWN, Shown
+from collplan_core.poses.six_degrees import NO_FLOOR, TILT, YAW, Floor, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
 CERTAIN = 4.0

@@ -3,8 +3,8 @@
 import math
 
 from collplan_core.parameters import Settings
-from collplan_core.sensing.pose_filter import LEAP, NOT_FINITE, SPEED, STAMP, FilterMemory, PoseSample, speed_limit
-from collplan_core.sensing.six_degrees import TILT, YAW
+from collplan_core.poses.pose_filter import LEAP, NOT_FINITE, SPEED, STAMP, FilterMemory, PoseSample, speed_limit
+from collplan_core.poses.six_degrees import TILT, YAW
 
 CLOCK = "clock"
 """Reason given beside accepted poses whose stamps do not run as time does."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.scan import ROUNDED, Scan
-from collplan_core.sensing.scan_consistency import range_noise
+from collplan_core.scans.consistency import range_noise
 from collplan_core.sight_lines import is_full_turn, repeats_first
 
 NEGLIGIBLE, MOST = 0.0003, 0.03

@@ -6,11 +6,11 @@ import numpy as np
 
 from collplan_core.parameters import Lidar
 from collplan_core.scan import Scan
-from collplan_core.sensing.mover_history import MoverHistory
-from collplan_core.sensing.scan_faults import published, returned
 from collplan_core.state import State
 from collplan_core.worlds import World
+from collplan_core.worlds.mover_history import MoverHistory
 from collplan_core.worlds.raycast import simulate_scan
+from collplan_core.worlds.scan_faults import published, returned
 
 STREAM = 101
 """Key of the noise's stream among those of a seed; that of a spinning sensor is the one before."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.scan import Scan
-from collplan_core.sensing.seen_walls import NEAR
+from collplan_core.scans.remembered_walls import NEAR
 from collplan_core.sight_lines import directions_of, is_full_turn, last_before, place_towards, repeats_first
 
 FEWEST = 40
