@@ -19,8 +19,7 @@ from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.worlds import Mover, parse_world
 from collplan_core.worlds.gait import discs_at, gait_of
-from collplan_core.worlds.instant_lidar import InstantLidar
-from collplan_core.worlds.mover_history import MoverHistory
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
 from collplan_core.worlds.movers import PERSON
 
 SETTINGS = Settings()

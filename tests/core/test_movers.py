@@ -13,8 +13,7 @@ from collplan_core.state import State
 from collplan_core.worlds import Mover, World, WorldError, read_world, save_world, world_text
 from collplan_core.worlds.file import parse_text
 from collplan_core.worlds.gait import TURN, discs_at, gait_of
-from collplan_core.worlds.instant_lidar import InstantLidar
-from collplan_core.worlds.mover_history import HELD, MoverHistory
+from collplan_core.worlds.instant_lidar import HELD, InstantLidar, MoverHistory
 from collplan_core.worlds.movers import HIP, PERSON, place_at, turned
 from collplan_core.worlds.raycast import cast_beams, simulate_scan
 from collplan_core.worlds.spinning_lidar import LD19, Sweeps

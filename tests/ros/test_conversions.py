@@ -18,7 +18,7 @@ from collplan_core.impact import SOURCES, Impact
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.parameters.file import read_parameters
-from collplan_core.poses.pose_deviations import Deviations
+from collplan_core.poses.pose_filter import Deviations
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c

@@ -12,8 +12,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.velocity_bounds import velocity_bounds
 from collplan_core.worlds import World
-from collplan_core.worlds.instant_lidar import InstantLidar
-from collplan_core.worlds.mover_history import MoverHistory
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
 from omnipuck_sim.robot.physics import Simulator
 
 

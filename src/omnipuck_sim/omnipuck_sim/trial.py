@@ -27,8 +27,7 @@ from collplan_core.scans.filters import in_time
 from collplan_core.state import State
 from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world, world_text
-from collplan_core.worlds.instant_lidar import InstantLidar
-from collplan_core.worlds.mover_history import MoverHistory
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
 from collplan_core.worlds.spinning_lidar import Sweeps, sweeps_of
 from omnipuck_sim.robot.noise import BURSTS, TOLERANCE, added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator

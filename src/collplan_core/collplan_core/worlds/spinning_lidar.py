@@ -15,9 +15,8 @@ from collplan_core.scan import Scan
 from collplan_core.scans.placing import poses_of_sensor
 from collplan_core.state import State
 from collplan_core.worlds import World, load_world
-from collplan_core.worlds.mover_history import MoverHistory
+from collplan_core.worlds.instant_lidar import MoverHistory, published, returned
 from collplan_core.worlds.raycast import cast_beams
-from collplan_core.worlds.scan_faults import published, returned
 
 FOOTPRINT = np.linspace(-0.5, 0.5, 5)
 """Places across a beam's width at which it is sampled."""

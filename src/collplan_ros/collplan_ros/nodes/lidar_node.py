@@ -12,8 +12,7 @@ from collplan_core.parameters import Frames, Lidar, Limits
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_core.worlds import load_world, spinning_lidar
-from collplan_core.worlds.instant_lidar import InstantLidar
-from collplan_core.worlds.mover_history import MoverHistory
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
 from collplan_core.worlds.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_ros.messages.conversions import scan_to_message
 from collplan_ros.messages.mover_reading import movers_from_markers
