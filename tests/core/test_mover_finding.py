@@ -13,8 +13,7 @@ from collplan_core.movers.finding import MoverMemory, find_movers
 from collplan_core.movers.record import MOVES, NEW, STANDS, Movers, SortedReturns
 from collplan_core.movers.tracks import Track, legs_of
 from collplan_core.parameters import Lidar, Settings
-from collplan_core.scans.consistency import range_noise
-from collplan_core.scans.wall_lines import on_wall_lines
+from collplan_core.scans.wall_lines import on_wall_lines, range_noise
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.worlds import Mover, parse_world
