@@ -8,7 +8,7 @@ import numpy as np
 
 from collplan_core.command import Command
 from collplan_core.parameters import Settings
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_core.worlds import World
 from omnipuck_sim.trial import TrialNodes, run_trial
 

@@ -24,8 +24,8 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     source_at,
 )
 from collplan_core.time_to_goal_planner.boundary_memory.field import FIRST_SIDE
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import INFERRED_INSET, known_boundaries, remember
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 from collplan_core.worlds import World, load_world, world_segments
 from collplan_core.worlds.raycast import simulate_scan
 from scenes import (

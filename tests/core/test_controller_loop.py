@@ -13,7 +13,7 @@ from collplan_core.control.interlock import REMEDY, Interlock
 from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionVerdict
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
 from collplan_core.loop.controller_loop import LONGEST_RESUMED, LONGEST_START, WHY_KIDNAPPED, ControllerLoop
-from collplan_core.sensing.pose_filter import KIDNAPPED
+from collplan_core.poses.pose_filter import KIDNAPPED
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_after, velocity_law
 from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, see_until, straight_plan

@@ -13,13 +13,13 @@ from collplan_core.local_map import build_local_map
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Lidar, LocalMapping, ScanInput, Settings
 from collplan_core.scan import Scan
-from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.lidar_mount import placed_among
-from collplan_core.sensing.scan_filters import in_time
-from collplan_core.sensing.spinning_lidar import LD19, Sweeps, blended, noisy, sweeps_of
+from collplan_core.scans.filters import in_time
+from collplan_core.scans.placing import placed_among
 from collplan_core.state import State
 from collplan_core.worlds import World
+from collplan_core.worlds.instant_lidar import InstantLidar
 from collplan_core.worlds.raycast import simulate_scan
+from collplan_core.worlds.spinning_lidar import LD19, Sweeps, blended, noisy, sweeps_of
 from scenes import RADIUS, ROBOT, at_rest, box, cluttered_worlds, free_polygon, grown, obstacles, scan_of, world_of
 
 NEVER_WRONG = replace(LD19, noise=0.0, noise_share=0.0, lost=0.0, divergence=0.0)

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from collplan_core.control.runaway import why_runaway
 from collplan_core.impact import Impact
 from collplan_core.parameters import Robot
-from collplan_core.sensing.felt_touch import change_by_touch
-from collplan_core.sensing.localised import FrameInMap, moved_impact, moved_state
+from collplan_core.poses.felt_touch import change_by_touch
+from collplan_core.poses.localised import FrameInMap, moved_impact, moved_state
 from collplan_core.state import State
 from scenes import unit
 

@@ -17,8 +17,8 @@ from collplan_core.calibration.stroke_fit import AxesFit, Stroke, fit_axes
 from collplan_core.calibration.turn_fit import FittedTurn, TurnFit, fit_turns
 from collplan_core.parameters import Mocap
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose, with_offset
-from collplan_core.sensing.pose_filter import PoseError, PoseSample
+from collplan_core.poses.mocap_body import MeasuredPose, robot_pose, with_offset
+from collplan_core.poses.pose_filter import PoseError, PoseSample
 
 short = st.floats(-0.2, 0.2)
 

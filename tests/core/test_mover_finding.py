@@ -12,14 +12,12 @@ from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.movers.finding import MoverMemory, find_movers
 from collplan_core.movers.record import MOVES, STANDS, Movers, SortedReturns
 from collplan_core.parameters import Lidar, Settings
-from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.mover_history import MoverHistory
-from collplan_core.sensing.scan_consistency import range_noise
-from collplan_core.sensing.wall_lines import on_wall_lines
+from collplan_core.scans.wall_lines import on_wall_lines, range_noise
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.worlds import Mover, parse_world
 from collplan_core.worlds.gait import discs_at, gait_of
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
 from collplan_core.worlds.movers import PERSON
 
 SETTINGS = Settings()

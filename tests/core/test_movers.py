@@ -9,15 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Lidar
-from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.mover_history import HELD, MoverHistory
-from collplan_core.sensing.spinning_lidar import LD19, Sweeps
 from collplan_core.state import State
 from collplan_core.worlds import Mover, World, WorldError, read_world, save_world, world_text
 from collplan_core.worlds.file import parse_text
 from collplan_core.worlds.gait import TURN, discs_at, gait_of
+from collplan_core.worlds.instant_lidar import HELD, InstantLidar, MoverHistory
 from collplan_core.worlds.movers import HIP, PERSON, place_at, turned
 from collplan_core.worlds.raycast import cast_beams, simulate_scan
+from collplan_core.worlds.spinning_lidar import LD19, Sweeps
 
 NO_CIRCLES = np.zeros((0, 3))
 coordinates = st.tuples(st.integers(0, 40), st.integers(0, 40)).map(lambda p: np.array(p) / 10)

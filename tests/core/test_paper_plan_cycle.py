@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map, seen
 from collplan_core.movers.record import ALL_STANDS, NO_MOVERS
-from collplan_core.paper_planner.clear_of_movers import meets_a_mover
 from collplan_core.paper_planner.costs.model import weights_of
-from collplan_core.paper_planner.plan_cycle import plan_cycle
+from collplan_core.paper_planner.plan_cycle import meets_a_mover, plan_cycle
 from collplan_core.paper_planner.trajectory import PEAK
 from collplan_core.parameters import Settings, Weights
 from collplan_core.plan import NoPlan

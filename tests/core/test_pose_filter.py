@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from collplan_core.ages import why_clock_is_wrong
 from collplan_core.parameters import Settings
-from collplan_core.sensing.mocap_body import even_stamp
-from collplan_core.sensing.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose, speed_limit
-from collplan_core.sensing.pose_filter import SPEED as SPEED_REFUSED
-from collplan_core.sensing.pose_history import PoseHistory
-from collplan_core.sensing.six_degrees import tilt_of
+from collplan_core.poses.mocap_body import even_stamp
+from collplan_core.poses.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose, speed_limit
+from collplan_core.poses.pose_filter import SPEED as SPEED_REFUSED
+from collplan_core.poses.pose_history import PoseHistory
+from collplan_core.poses.six_degrees import tilt_of
 from collplan_core.state import State
 
 SETTINGS = Settings()

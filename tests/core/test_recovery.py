@@ -17,7 +17,7 @@ from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan
 from collplan_core.planners import PLANNERS
-from collplan_core.sensing.scan_filters import add_bumped_obstacles
+from collplan_core.scans.filters import add_bumped_obstacles
 from collplan_core.velocity_law import velocity_after, velocity_law
 from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses
 from scenes import rotation

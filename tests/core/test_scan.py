@@ -12,7 +12,7 @@ from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.scan_filters import is_masked, upside_down, used_scan, without_speckles
+from collplan_core.scans.filters import is_masked, upside_down, used_scan, without_speckles
 from scenes import at_rest
 
 TURN = 2 * np.pi

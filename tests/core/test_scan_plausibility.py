@@ -10,18 +10,17 @@ from hypothesis import strategies as st
 
 from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
-from collplan_core.local_map.seen import may_fade, seen_surfaces
+from collplan_core.local_map.seen import seen_surfaces
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.input_gate import PAUSE, InputGate, Refusals, ScanGate
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
-from collplan_core.sensing.scan_consistency import range_noise
-from collplan_core.sensing.scan_filters import masked_beams, upside_down, used_scan
-from collplan_core.sensing.scan_plausibility import NOWHERE, ScanMemory, judge_scan
-from collplan_core.sensing.seen_walls import wall_of_each_beam
-from collplan_core.sensing.wall_lines import on_wall_lines
+from collplan_core.scans.filters import masked_beams, upside_down, used_scan
+from collplan_core.scans.plausibility import NOWHERE, ScanMemory, judge_scan
+from collplan_core.scans.remembered_walls import wall_of_each_beam
+from collplan_core.scans.wall_lines import on_wall_lines, range_noise
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -240,7 +239,7 @@ def test_open_beams_beside_a_wall_met_flatly_may_have_met_it():
     sine = np.sin(scan.angles)
     for beyond, of in ((2.0, 4.0), (0.8, 0.8)):
         far = (sine > 0.0) & (scan.ranges > beyond)
-        faded = may_fade(seen_surfaces(replace(scan, ranges=np.where(far, np.inf, scan.ranges)), at(1.0)))
+        faded = seen_surfaces(replace(scan, ranges=np.where(far, np.inf, scan.ranges)), at(1.0)).fades
         np.testing.assert_array_equal(faded, far & (scan.ranges <= of))
 
 

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.scan import Scan
-from collplan_core.sensing.scan_consistency import range_noise
-from collplan_core.sensing.wall_lines import FARTHEST, MOST, on_wall_lines
+from collplan_core.scans.wall_lines import FARTHEST, MOST, on_wall_lines, range_noise
 from collplan_core.worlds import World
 from scenes import TURN, at_rest, box, scan_of, world_of
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from collplan_core.local_map import LocalMap
 from collplan_core.plan import NoPlan
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory, plan_cycle
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths

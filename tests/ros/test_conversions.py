@@ -18,8 +18,8 @@ from collplan_core.impact import SOURCES, Impact
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.parameters.file import read_parameters
+from collplan_core.poses.pose_filter import Deviations
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.pose_deviations import Deviations
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages import reading as r

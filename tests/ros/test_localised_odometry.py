@@ -13,7 +13,7 @@ from std_msgs.msg import String
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_ros.messages.conversions import pose_to_message, quaternion_from_yaw
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
 from collplan_ros.nodes import localisation, odometry_body

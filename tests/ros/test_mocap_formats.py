@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 from collplan_core.parameters import Mocap, Settings
 from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.pose_filter import PoseError
+from collplan_core.poses.pose_filter import PoseError
 from collplan_ros.messages.conversions import header
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
 from collplan_ros.nodes.mocap_node import MocapNode

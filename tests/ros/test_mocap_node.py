@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_ros.messages.conversions import pose_to_message
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
 from collplan_ros.messages.raw_reading import state_from_bytes

@@ -12,7 +12,7 @@ from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.plan import Contacts, Plan, timed_path
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages.cloud_reading import AT_CONTACT, HOLDS, ON_PATH, PLAN, plan_from_message

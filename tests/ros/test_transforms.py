@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from collplan_core.parameters import Settings
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_ros.messages.conversions import header, pose_to_message
 from collplan_ros.messages.mocap_formats import FORMATS
 from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, POSE_PUBLISHED, POSE_SUBSCRIBED

@@ -32,14 +32,14 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.loop.recovery import Recovery
     from collplan_core.parameters import Lidar, Settings
     from collplan_core.planners import planner_for
-    from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
-    from collplan_core.sensing.spinning_lidar import sweeps_of
+    from collplan_core.poses.pose_filter import FRESH, PoseSample, filter_pose
     from collplan_core.state import State
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
     from collplan_core.warm_up import warm_up
     from collplan_core.worlds import load_world
     from collplan_core.worlds.raycast import simulate_scan
+    from collplan_core.worlds.spinning_lidar import sweeps_of
     from collplan_ros.messages import conversions, reading
     from collplan_ros.messages.cloud_reading import plan_from_message
     from collplan_ros.messages.planner_clouds import plan_to_message

@@ -8,7 +8,7 @@ import pytest
 from driven_robots import ROOM
 
 from collplan_core.parameters import Settings
-from collplan_core.sensing.spinning_lidar import sweeps_of
+from collplan_core.worlds.spinning_lidar import sweeps_of
 from collplan_ros.inspect.driving import find_driven
 from collplan_ros.inspect.findings import find, wiring
 from collplan_ros.inspect.found import Found

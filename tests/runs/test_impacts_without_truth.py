@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from collplan_core.parameters import Settings
-from collplan_core.sensing import pose_filter
+from collplan_core.poses import pose_filter
 from collplan_core.worlds import load_world
 from collplan_ros.run.record import record_of
 from collplan_ros.run.run_log import PoseRow, RunLog

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
 
-from omnipuck_sim.robot.hit_law import IMPACT_SPEED
+from omnipuck_sim.robot.disc import IMPACT_SPEED
 from physics_scenes import (
     RADIUS,
     V_MAX,

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnipuck_sim.robot import disc
-from omnipuck_sim.robot.disc import SLOP
-from omnipuck_sim.robot.hit_law import IMPACT_SPEED
+from omnipuck_sim.robot.disc import IMPACT_SPEED, SLOP
 from physics_scenes import (
     FRICTION,
     QUIET,

@@ -7,9 +7,9 @@ from collplan_core.evaluation.run_end import REACHED
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
-from collplan_core.sensing.spinning_lidar import LD19
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
+from collplan_core.worlds.spinning_lidar import LD19
 from omnipuck_sim.trial import run_trial
 from omnipuck_sim.trial_record import TrialResult
 

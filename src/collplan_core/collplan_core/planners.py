@@ -17,7 +17,7 @@ from collplan_core.plan import Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.strategies import NAMES, PAPER_WEIGHTS, TIME_TO_GOAL
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
 from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory

@@ -24,13 +24,15 @@ from collplan_core.movers.record import NO_MOVERS
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
-from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar, wall_lines
+from collplan_core.poses import pose_filter
+from collplan_core.scans import plausibility as scan_plausibility
+from collplan_core.scans import wall_lines
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.field import FIRST_SIDE
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.time_to_goal_planner.tried_gaps import gap_on_the_way
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
-from collplan_core.worlds import load_world
+from collplan_core.worlds import load_world, spinning_lidar
 from collplan_core.worlds.raycast import simulate_scan
 
 

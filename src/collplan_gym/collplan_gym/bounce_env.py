@@ -9,7 +9,7 @@ from gymnasium import spaces
 
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
-from collplan_core.sensing.impact_detection import top_speed
+from collplan_core.poses.impact_detection import top_speed
 from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.families import FAMILIES

@@ -7,13 +7,12 @@ import numpy as np
 from collplan_core.control.follow import cut_to_bounds, hold_heading
 from collplan_core.impact import Impact
 from collplan_core.parameters import ParameterError, Settings
+from collplan_core.poses import pose_filter
 from collplan_core.scan import Scan
-from collplan_core.sensing import pose_filter
-from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.mover_history import MoverHistory
 from collplan_core.state import State
 from collplan_core.velocity_bounds import velocity_bounds
 from collplan_core.worlds import World
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
 from omnipuck_sim.robot.physics import Simulator
 
 

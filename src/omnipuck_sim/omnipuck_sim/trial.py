@@ -19,17 +19,16 @@ from collplan_core.loop.mover_guard import sight_hint
 from collplan_core.movers.coverage import blind_angle
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory, map_period_of
+from collplan_core.poses import pose_filter
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal
 from collplan_core.scan import Scan
-from collplan_core.sensing import pose_filter
-from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.mover_history import MoverHistory
-from collplan_core.sensing.pose_filter import PoseSample
-from collplan_core.sensing.scan_filters import in_time
-from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
+from collplan_core.scans.filters import in_time
 from collplan_core.state import State
 from collplan_core.validation import check_type, finite
 from collplan_core.worlds import World, WorldError, load_world, world_text
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
+from collplan_core.worlds.spinning_lidar import Sweeps, sweeps_of
 from omnipuck_sim.robot.noise import BURSTS, TOLERANCE, added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_record import TrialRecord, TrialResult

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 
 ONE_HEADING = 0.9
 """Length of the mean of the headings' unit vectors above which they are one: b and w cannot be separated."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collplan_core.calibration.stroke_fit import solved
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 
 SETTLING_TIME = 0.3
 """Time from the first command until the drift is steady [s]."""

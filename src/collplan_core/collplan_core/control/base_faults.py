@@ -12,7 +12,7 @@ import numpy as np
 from collplan_core.control.drive_record import OF_BODY, DriveRecord
 from collplan_core.parameters import Robot
 from collplan_core.plane import rotate
-from collplan_core.sensing.motion_fit import STEP, misfits
+from collplan_core.poses.motion_fit import STEP, misfits
 from collplan_core.velocity_law import velocity_law
 
 WINDOW, PERIOD, KEPT = 0.6, 0.3, 24

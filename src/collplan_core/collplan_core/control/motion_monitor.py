@@ -1,7 +1,7 @@
 """Commanded against measured motion: the whole delay between them, and whether the robot follows its commands at all.
 
 Commands and measured velocities of the last WINDOW are compared under many ways in which the second may follow from the
-first (`sensing/motion_fit.py`): the misfit of a way is the integral of the squared error of the velocity
+first (`poses/motion_fit.py`): the misfit of a way is the integral of the squared error of the velocity
 [m^2/s]. The mass is free in each window, at a price: a robot that is heavier than robot.mass, or whose wheels are weak
 for a while, lags too and is not late. Delays pay for what they explained badly before, each measurement counted about
 once. A verdict needs an advantage over all other explanations. What a wall does is left out: judging begins anew SETTLE
@@ -22,7 +22,7 @@ from collplan_core.control import stuck
 from collplan_core.control.drive_record import BY_RECEIPT, DriveRecord
 from collplan_core.jit import njit
 from collplan_core.parameters import Settings
-from collplan_core.sensing.motion_fit import DELAYS, MASSES, STEP, misfits, ways
+from collplan_core.poses.motion_fit import DELAYS, MASSES, STEP, misfits, ways
 from collplan_core.velocity_law import velocity_law
 
 OK, LATE, STUCK, SLIP, REVERSED = "ok", "late", "stuck", "slip", "reversed"

@@ -35,6 +35,8 @@ class SeenSurfaces(NamedTuple):
     owner: np.ndarray  # (m,) number of the surface a piece is of
     surface_of: np.ndarray  # (n,) number of the surface a beam met, -1 without a hit
     piece_of: np.ndarray  # (n,) number of the piece between whose ends a beam met it, -1 at its ends and without a hit
+    fades: np.ndarray
+    """(n,) whether a beam that measured nothing may have met the straight on of a wall beside it, too flatly."""
     origins: np.ndarray
     """(n, 3) where each begins x, y [m], and how much farther than `sweep` says it is turned [rad]; (0, 3) where all
     begin at the robot's centre."""
@@ -77,7 +79,33 @@ def _see(stamp: float, ranges: np.ndarray, sweep: Sweep, origins: np.ndarray) ->
                 hits[i, 1] += origins[i, 1]
     joined = find_surfaces(kind, distance, hits, sweep)
     pieces, owner, surface_of, piece_of = fit_pieces(kind, hits, joined, sweep.tolerance)
-    return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins)
+    fades = _fading(kind, hits, surface_of, sweep)
+    return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, fades, origins)
+
+
+@njit
+def _fading(kind: np.ndarray, hits: np.ndarray, surface_of: np.ndarray, sweep: Sweep) -> np.ndarray:
+    """(n,) `fades` of the surfaces."""
+    n, found = len(kind), np.zeros(len(kind), dtype=np.bool_)
+    for end in range(n):
+        for onward in (-1, 1):
+            i, back, surface = end + onward, end - BEHIND * onward, surface_of[end]
+            if not sweep.closed and not (0 <= i < n and 0 <= back < n):
+                continue
+            if kind[i % n] != OPEN or surface < 0 or surface != surface_of[back % n]:
+                continue
+            x, y = hits[end]
+            dx, dy = x - hits[back % n, 0], y - hits[back % n, 1]
+            beside, bearing, away = x * dy - y * dx, math.atan2(y, x), 0.0
+            if abs(beside) > FLAT * math.hypot(x, y) * math.hypot(dx, dy):
+                continue
+            while kind[i % n] == OPEN and 0.0 <= away <= FADES:
+                bearing += onward * sweep.step
+                across = math.cos(bearing) * dy - math.sin(bearing) * dx
+                away = beside / across if across != 0.0 else math.inf
+                found[i % n] |= 0.0 < away <= FADES
+                i += onward
+    return found
 
 
 def of_each_beam(found: np.ndarray, scan: Scan, missing: float) -> np.ndarray:
@@ -95,32 +123,7 @@ def seen_from(seen: SeenSurfaces, x: float, y: float) -> SeenSurfaces:
     """The surfaces from a point x, y [m] in place of the robot's centre."""
     if x == 0.0 and y == 0.0:
         return seen
-    stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins = seen
+    stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, fades, origins = seen
     hits, pieces = hits - np.array([x, y]), pieces - np.array([x, y, x, y])
     origins = origins - np.array([x, y, 0.0])
-    return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, origins)
-
-
-@njit
-def may_fade(seen: SeenSurfaces) -> np.ndarray:
-    """(n,) whether a beam that measured nothing may have met the straight on of a wall beside it, too flatly."""
-    n, found = len(seen.kind), np.zeros(len(seen.kind), dtype=np.bool_)
-    for end in range(n):
-        for onward in (-1, 1):
-            i, back, surface = end + onward, end - BEHIND * onward, seen.surface_of[end]
-            if not seen.sweep.closed and not (0 <= i < n and 0 <= back < n):
-                continue
-            if seen.kind[i % n] != OPEN or surface < 0 or surface != seen.surface_of[back % n]:
-                continue
-            x, y = seen.hits[end]
-            dx, dy = x - seen.hits[back % n, 0], y - seen.hits[back % n, 1]
-            beside, bearing, away = x * dy - y * dx, math.atan2(y, x), 0.0
-            if abs(beside) > FLAT * math.hypot(x, y) * math.hypot(dx, dy):
-                continue
-            while seen.kind[i % n] == OPEN and 0.0 <= away <= FADES:
-                bearing += onward * seen.sweep.step
-                across = math.cos(bearing) * dy - math.sin(bearing) * dx
-                away = beside / across if across != 0.0 else math.inf
-                found[i % n] |= 0.0 < away <= FADES
-                i += onward
-    return found
+    return SeenSurfaces(stamp, sweep, kind, distance, hits, joined, pieces, owner, surface_of, piece_of, fades, origins)

@@ -33,8 +33,8 @@ from collplan_core.loop.mover_guard import kept_off
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
+from collplan_core.poses.pose_filter import KIDNAPPED
 from collplan_core.scan import Scan
-from collplan_core.sensing.pose_filter import KIDNAPPED
 from collplan_core.state import State
 
 LONGEST_START = 10.0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from collplan_core.goal import Goal
 from collplan_core.local_map import LocalMap
 from collplan_core.plan import Plan
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 
 INFO, WARNING, ERROR = "info", "warning", "error"
 

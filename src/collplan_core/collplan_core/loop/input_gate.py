@@ -8,7 +8,7 @@ from collplan_core.control.permission import why_stale
 from collplan_core.loop.sensed_scans import Judged, SensedScans
 from collplan_core.parameters import Limits, Settings
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.scan_plausibility import REPEATED
+from collplan_core.scans.plausibility import REPEATED
 from collplan_core.state import State
 
 

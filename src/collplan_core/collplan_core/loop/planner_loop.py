@@ -35,7 +35,7 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
 from collplan_core.planners import Planner, local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.scan_filters import add_bumped_obstacles
+from collplan_core.scans.filters import add_bumped_obstacles
 from collplan_core.state import State
 
 NOTICE_PAUSE = 1.0

@@ -9,19 +9,18 @@ import numpy as np
 from collplan_core.control.permission import is_relocated
 from collplan_core.local_map import LocalMap
 from collplan_core.local_map.build import map_of_surfaces
-from collplan_core.local_map.seen import SeenSurfaces, may_fade, of_each_beam, seen_surfaces
+from collplan_core.local_map.seen import SeenSurfaces, of_each_beam, seen_surfaces
 from collplan_core.movers.coverage import Coverage, with_view
 from collplan_core.movers.finding import MoverMemory, find_movers
 from collplan_core.movers.record import ALL_SEEN, MOVES, NO_MOVERS, Movers, SortedReturns, Unseen
 from collplan_core.parameters import LocalMapping, Settings
 from collplan_core.planners import local_mapping_of
+from collplan_core.poses.pose_history import PoseHistory
 from collplan_core.scan import Scan
-from collplan_core.sensing.lidar_mount import beam_poses, placed
-from collplan_core.sensing.pose_history import PoseHistory
-from collplan_core.sensing.scan_consistency import range_noise
-from collplan_core.sensing.scan_filters import masked_beams, used_scan
-from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
-from collplan_core.sensing.wall_lines import on_wall_lines
+from collplan_core.scans.filters import masked_beams, used_scan
+from collplan_core.scans.placing import beam_poses, placed
+from collplan_core.scans.plausibility import ScanMemory, judge_scan
+from collplan_core.scans.wall_lines import on_wall_lines, range_noise
 from collplan_core.state import State
 
 
@@ -120,7 +119,7 @@ class SensedScans:
             shown = on_wall_lines(placed(scan, beams, state, settings.scan), noise)
             seen, masked = seen_surfaces(shown, state), masked_beams(scan, settings.scan)
             if np.isposinf(scan.ranges).any():
-                masked = masked | of_each_beam(may_fade(seen), scan, missing=False)
+                masked = masked | of_each_beam(seen.fades, scan, missing=False)
             returns, moving = find_movers(self._moving, scan, noise, seen, state, settings.movers)
             moves, in_view = returns.kinds == MOVES, seen
             if moves.any():

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collplan_core.local_map.seen import SeenSurfaces, may_fade
+from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.movers.record import ALL_STANDS, MOVES, NEW, NO_MOVERS, STANDS, Movers, SortedReturns
 from collplan_core.movers.tracks import (
     CONFIRMED,
@@ -240,4 +240,3 @@ def warm_up(scan: Scan, seen: SeenSurfaces, state: State, finding: MoverFinding)
     _, memory = find_movers(MoverMemory(), scan, 0.0, seen, state, finding)
     find_movers(memory, scan, 0.0, seen._replace(stamp=seen.stamp + AGES[1]), state, finding)
     without_surfaces(memory.views[-1], np.zeros((1, 3)))
-    may_fade(seen)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.seen import SeenSurfaces, may_fade
+from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.local_map.surfaces import HIT, OPEN
 from collplan_core.plane import nearest_on_segment
 from collplan_core.scan import Scan
@@ -53,7 +53,7 @@ def view_of(scan: Scan, noise: float, seen: SeenSurfaces, position: np.ndarray) 
     vouches, closed, (first, step) = is_hit, seen.sweep.closed and not swept, seen.sweep[:2]
     is_open = seen.kind == OPEN
     if is_open.any():
-        is_open = _of_a_run(is_open & ~may_fade(seen), OPEN_RUN) & np.isfinite(scan.range_max)
+        is_open = _of_a_run(is_open & ~seen.fades, OPEN_RUN) & np.isfinite(scan.range_max)
         bearings = first + step * np.arange(n) + beams[:, 2]
         far = np.where(is_open, min(scan.range_max, FARTHEST_FREE), 0.0)[:, None]
         ends = beams[:, :2] + far * np.column_stack([np.cos(bearings), np.sin(bearings)])

@@ -15,8 +15,8 @@ from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.arrival import UNSTOPPABLE
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, braking, roll, sample_trajectory
 from collplan_core.time_to_goal_planner.initial_plans import (

@@ -15,8 +15,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     normal_at,
 )
 from collplan_core.time_to_goal_planner.boundary_memory.field import renew
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, pool_of
+from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, RememberedBoundaries, pool_of
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths

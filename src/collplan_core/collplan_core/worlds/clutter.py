@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from collplan_core.worlds.draws import Draw, draws_of, rounded
-from collplan_core.worlds.placement import BODY_WIDTH, DISC_RADIUS, SIDE
+from collplan_core.worlds.placement import BODY_WIDTH, DISC_RADIUS, SIDE, Draw, draws_of, rounded
 from collplan_core.worlds.route import check_route
 from collplan_core.worlds.shapes import World, WorldError
 

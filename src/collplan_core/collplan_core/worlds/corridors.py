@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from collplan_core.worlds.draws import Draw, rounded
-from collplan_core.worlds.placement import BODY_WIDTH, SIDE, Layout
+from collplan_core.worlds.placement import BODY_WIDTH, SIDE, Draw, Layout, rounded
 from collplan_core.worlds.shapes import largest_rectangles_beside
 
 # beside the robot [m]

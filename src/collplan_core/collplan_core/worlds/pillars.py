@@ -7,8 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from collplan_core.worlds.draws import Draw, rounded
-from collplan_core.worlds.placement import BODY_WIDTH, SIDE, Layout
+from collplan_core.worlds.placement import BODY_WIDTH, SIDE, Draw, Layout, rounded
 
 THICKNESS = (0.12, 0.30)
 # beside the robot [m]

@@ -10,8 +10,8 @@ import numpy as np
 from collplan_core.calibration.stroke_fit import Stroke
 from collplan_core.calibration.turn_fit import FittedTurn, TurnFit, fit_turns
 from collplan_core.parameters import Mocap
-from collplan_core.sensing.pose_filter import PoseSample
-from collplan_core.sensing.six_degrees import APART, STEEPEST, why_off_floor
+from collplan_core.poses.pose_filter import PoseSample
+from collplan_core.poses.six_degrees import APART, STEEPEST, why_off_floor
 
 STEP = 0.05
 """Steps of time at which motions are looked for [s]."""

@@ -14,10 +14,10 @@ from collplan_core.calibration.stroke_fit import AxesFit, Stroke, fit_axes
 from collplan_core.mounting.driven import Driven
 from collplan_core.mounting.fit import MountFit, fit_mount
 from collplan_core.parameters import Settings, all_specs
+from collplan_core.poses.mocap_body import MeasuredPose, even_stamp, robot_pose
+from collplan_core.poses.pose_filter import PoseError, PoseSample
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
-from collplan_core.sensing.pose_filter import PoseError, PoseSample
-from collplan_core.sensing.scan_filters import is_masked
+from collplan_core.scans.filters import is_masked
 from collplan_ros.inspect.body import floor_of, is_upright, lever_of, strokes_of
 from collplan_ros.inspect.driving import find_motion
 from collplan_ros.inspect.found import DOUBTFUL, OK, WRONG, Findings, Found

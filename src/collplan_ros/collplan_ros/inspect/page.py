@@ -14,8 +14,8 @@ from collplan_core.movers.record import Movers
 from collplan_core.parameters import Settings
 from collplan_core.scan import Scan
 from collplan_core.state import State
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 from collplan_ros.inspect.stages import Happened
 from collplan_ros.inspect.words import WRONG, Line
 from collplan_ros.run.page.run_frames import EARLY, PERIOD, Frame

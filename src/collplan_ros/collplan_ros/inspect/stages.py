@@ -18,9 +18,9 @@ from collplan_core.loop.input_gate import InputGate, Refusals
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
+from collplan_core.poses.mocap_body import MeasuredPose, even_stamp, robot_pose
+from collplan_core.poses.pose_filter import FRESH, PoseError, filter_pose
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
-from collplan_core.sensing.pose_filter import FRESH, PoseError, filter_pose
 from collplan_ros.inspect.body import COMMAND_LASTS
 from collplan_ros.inspect.recording import Recording
 from collplan_ros.messages.mocap_formats import FORMATS

@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, Plan
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 from collplan_ros.markers.shapes import (
     LINE_WIDTH,
     arrow_lines,

@@ -19,9 +19,8 @@ from std_msgs.msg import Header
 from collplan_core.command import Command
 from collplan_core.parameters import Control, Settings
 from collplan_core.plane import rotate_rows
+from collplan_core.poses.pose_filter import EXACT, Deviations, PoseSample
 from collplan_core.scan import Scan
-from collplan_core.sensing.pose_deviations import EXACT, Deviations
-from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages.reading import NANOSECONDS
 

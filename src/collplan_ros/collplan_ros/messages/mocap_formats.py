@@ -19,8 +19,8 @@ from typing import Any
 
 from collplan_core.parameters import Mocap
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.mocap_body import MeasuredPose
-from collplan_core.sensing.pose_filter import PoseError
+from collplan_core.poses.mocap_body import MeasuredPose
+from collplan_core.poses.pose_filter import PoseError
 from collplan_ros.messages.reading import place_fields, seconds_from_stamp
 
 ABSENT = "absent"

@@ -15,8 +15,8 @@ from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.parameters.groups import RADIUS
 from collplan_core.plan import Candidates, Plan
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import INFERRED_DEPTH
+from collplan_core.time_to_goal_planner.boundary_memory.working import RememberedBoundaries
 from collplan_ros.messages.cloud_reading import (
     AT_CONTACT,
     DRIVEN,

@@ -11,7 +11,7 @@ import numpy as np
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED
 from collplan_core.parameters import ScanInput
 from collplan_core.scan import ROUNDED, Scan, ScanError
-from collplan_core.sensing.scan_filters import in_time, is_masked
+from collplan_core.scans.filters import in_time, is_masked
 
 NANOSECONDS = 1_000_000_000
 SHIPPED = ScanInput()

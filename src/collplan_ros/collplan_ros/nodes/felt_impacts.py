@@ -11,7 +11,7 @@ from sensor_msgs.msg import PointCloud2
 from collplan_core.ages import PosesClock
 from collplan_core.impact import RING, measured_impact
 from collplan_core.parameters import Settings
-from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.poses.pose_history import PoseHistory
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_to_message
 from collplan_ros.messages.planner_clouds import impact_to_cloud

@@ -19,7 +19,7 @@ from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.recovery import way_left
 from collplan_core.parameters import Settings
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_ros.messages.conversions import pose_to_message
 
 ACTION = "navigate_to_pose"

@@ -9,12 +9,10 @@ from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Frames, Lidar, Limits
 from collplan_core.scan import Scan, ScanError
-from collplan_core.sensing import spinning_lidar
-from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.mover_history import MoverHistory
-from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_core.state import State
-from collplan_core.worlds import load_world
+from collplan_core.worlds import load_world, spinning_lidar
+from collplan_core.worlds.instant_lidar import InstantLidar, MoverHistory
+from collplan_core.worlds.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_ros.messages.conversions import scan_to_message
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.messages.raw_reading import state_from_bytes

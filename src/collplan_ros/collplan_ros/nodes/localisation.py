@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.localised import FrameInMap
-from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
+from collplan_core.poses.localised import FrameInMap
+from collplan_core.poses.pose_filter import PoseError, check_pose_fields
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS, TRANSFORMS
 from collplan_ros.messages.reading import MessageError, place_fields, seconds_from_stamp
 from collplan_ros.node_kit.clock import described_age

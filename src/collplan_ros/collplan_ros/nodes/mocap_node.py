@@ -19,9 +19,9 @@ from collplan_core.impact import Impact
 from collplan_core.learning.drive import Drive, with_drive
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.sensing.localised import FrameInMap, moved_impact, moved_state
-from collplan_core.sensing.mocap_body import MeasuredPose, even_stamp, robot_pose
-from collplan_core.sensing.pose_filter import (
+from collplan_core.poses.localised import FrameInMap, moved_impact, moved_state
+from collplan_core.poses.mocap_body import MeasuredPose, even_stamp, robot_pose
+from collplan_core.poses.pose_filter import (
     FRESH,
     KIDNAPPED,
     FilterResult,

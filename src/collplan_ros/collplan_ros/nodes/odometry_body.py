@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from collplan_core.calibration.frame_chain import Link, place_in
 from collplan_core.parameters import Settings
-from collplan_core.sensing.pose_filter import PoseError, check_pose_fields
+from collplan_core.poses.pose_filter import PoseError, check_pose_fields
 from collplan_ros.messages.qos import LATCHED_TRANSFORMS
 from collplan_ros.messages.reading import place_fields
 

@@ -13,7 +13,7 @@ from collplan_core.control.runaway import MOVES
 from collplan_core.parameters import Base, Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.plane import rotate
-from collplan_core.sensing.felt_touch import change_by_touch
+from collplan_core.poses.felt_touch import change_by_touch
 from collplan_core.state import State
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.clock import seconds

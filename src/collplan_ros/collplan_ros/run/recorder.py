@@ -19,7 +19,7 @@ from collplan_core.command import STOPPED as STANDS
 from collplan_core.movers.coverage import blind_angle
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
-from collplan_core.sensing.scan_filters import used_scan
+from collplan_core.scans.filters import used_scan
 from collplan_ros.messages.raw_reading import BYTES_TOPICS
 from collplan_ros.messages.reading import MessageError, scan_from_message, twist_of, velocity_from_twist
 from collplan_ros.messages.states import HELD, STOPPED

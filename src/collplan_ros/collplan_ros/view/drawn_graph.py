@@ -14,8 +14,8 @@ from collplan_core.evaluation.run_end import Timing, machine_verdict, pace_words
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
-from collplan_core.sensing.lidar_mount import placed_among
-from collplan_core.sensing.pose_history import state_at
+from collplan_core.poses.pose_history import state_at
+from collplan_core.scans.placing import placed_among
 from collplan_core.state import State
 from collplan_ros.messages import cloud_reading as clouds
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes

@@ -16,7 +16,7 @@ from visualization_msgs.msg import MarkerArray
 from collplan_core.clock_steps import ClockOffset
 from collplan_core.impact import Impact
 from collplan_core.parameters import ParameterError, Settings, Simulation
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.mover_markers import movers_to_markers

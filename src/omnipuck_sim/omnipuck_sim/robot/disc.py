@@ -3,6 +3,8 @@
 Where nothing is near it flies free, without pymunk.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 import pymunk
 
@@ -10,10 +12,38 @@ from collplan_core.impact import Impact
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
 from omnipuck_sim.robot.drive import VX, VY, Aim, X, Y, drive_law, flown, outline_of, push
-from omnipuck_sim.robot.hit_law import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
 from omnipuck_sim.robot.walls import Edge, Pole, outlines
+
+IMPACT_SPEED = 0.08
+"""A contact begun faster than this into the wall is recorded as an impact [m/s]."""
+
+
+class HitLaw:
+    """Restitution may differ from wall to wall, restitution and friction from hit to hit."""
+
+    def __init__(self, simulation: Simulation, surfaces: Iterable[int], random: np.random.Generator) -> None:
+        """`random` draws the spread of each of the numbered surfaces, and of each hit."""
+        self._simulation, self._random = simulation, random
+        numbers = sorted(set(surfaces))
+        draws = random.uniform(-1.0, 1.0, len(numbers)).tolist()
+        self._factors = {
+            number: 1.0 + simulation.wall_spread * draw for number, draw in zip(numbers, draws, strict=True)
+        }
+
+    def drawn(self) -> Vector:
+        """Returns the random numbers of one hit."""
+        spread, rough = self._random.uniform(-1.0, 1.0, 2).tolist()
+        return spread, rough
+
+    def of(self, surface: int, drawn: Vector) -> tuple[float, float]:
+        """Restitution and friction of a hit on a surface."""
+        simulation, (spread, rough) = self._simulation, drawn
+        restitution = simulation.restitution * self._factors[surface] + spread * simulation.restitution_spread
+        friction = simulation.friction + rough * simulation.friction_spread
+        return min(max(restitution, 0.0), 1.0), max(friction, 0.0)
+
 
 SLOP = 1e-4
 """Overlap that the solver leaves between body and wall [m]; pymunk's own is 0.1 m."""

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from collplan_core.impact import Impact
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
+from omnipuck_sim.robot.disc import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y, drive_law, push
-from omnipuck_sim.robot.hit_law import IMPACT_SPEED, HitLaw
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
 from omnipuck_sim.robot.walls import Edge, Pole, outlines

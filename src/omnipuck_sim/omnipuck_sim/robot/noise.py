@@ -8,7 +8,7 @@ import numpy as np
 
 from collplan_core.evaluation.run_end import ACTUATION_BIAS, ACTUATION_NOISE
 from collplan_core.parameters import Simulation
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.pose_filter import PoseSample
 from omnipuck_sim.robot.vector import Vector
 
 LATE, BURSTS, REPEATS = "late", "bursts", "repeats"

@@ -6,8 +6,8 @@ import numpy as np
 
 from collplan_core.impact import Impact
 from collplan_core.parameters import Settings
-from collplan_core.sensing.mocap_body import on_tilted_floor, with_offset
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.poses.mocap_body import on_tilted_floor, with_offset
+from collplan_core.poses.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
 from collplan_core.worlds.route import check_movers_apart, clearance, touch_depth

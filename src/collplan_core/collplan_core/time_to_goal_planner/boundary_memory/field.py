@@ -16,8 +16,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     ClearanceField,
     Grid,
 )
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool
+from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, RememberedBoundaries
 
 FIRST_SIDE = 6.0
 """Side of the square around the robot that the grid begins with [m]."""

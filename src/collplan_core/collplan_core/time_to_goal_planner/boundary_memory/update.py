@@ -23,8 +23,15 @@ from collplan_core.time_to_goal_planner.boundary_memory.field import (
     see_free,
 )
 from collplan_core.time_to_goal_planner.boundary_memory.merging import merge_scan
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, Sight, middle, pool_of, sight_of
+from collplan_core.time_to_goal_planner.boundary_memory.working import (
+    Nodes,
+    Pool,
+    RememberedBoundaries,
+    Sight,
+    middle,
+    pool_of,
+    sight_of,
+)
 
 DEEPER = 0.04
 """Depth within a mover's place from which on pieces that have stood are forgotten too: walls stand beside it [m]."""

@@ -1,5 +1,6 @@
 """Working data while a scan is merged, as plain tuples that compiled code takes."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -7,8 +8,27 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.movers.record import STANDS
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, Grid
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, ClearanceField, Grid
+
+
+@dataclass(frozen=True, eq=False)
+class RememberedBoundaries:
+    """Memory of the boundaries around the robot, world frame.
+
+    The obstacle of the disc's centre is the union of the discs around the pieces and around the solid inferred behind
+    some of them.
+    """
+
+    pieces: np.ndarray  # (k, 4) short straight pieces x0, y0, x1, y1 of the boundaries themselves, not grown [m]
+    normals: np.ndarray  # (k, 2) unit normals toward where they were seen from
+    solid_behind: np.ndarray  # (k,) whether solid is inferred behind them
+    seen: np.ndarray  # (k,) stamp of the last scan that showed them [s]
+    free: np.ndarray  # (nx, ny) on the field's nodes: whether the disc's centre was seen to be free there
+    field: ClearanceField  # clearance of the disc's centre from all of it
+    seen_free_behind: np.ndarray  # (k,) whether what could be inferred behind them was seen to be free
+    times_contradicted: np.ndarray  # (k,) int8, number of scans running that saw through them
+    kinds: np.ndarray
+    """(k,) OBSERVED where they have stood for movers.standing_time, else PENDING in sight, INFERRED out of it."""
 
 
 class Pool(NamedTuple):

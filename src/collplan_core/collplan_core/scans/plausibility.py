@@ -14,8 +14,8 @@ from collplan_core.jit import njit
 from collplan_core.local_map.seen import SeenSurfaces
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
-from collplan_core.sensing.scan_consistency import MOVING, Consistency, scan_consistency
-from collplan_core.sensing.seen_walls import wall_of_each_beam
+from collplan_core.scans.consistency import MOVING, Consistency, scan_consistency
+from collplan_core.scans.remembered_walls import wall_of_each_beam
 from collplan_core.state import State
 
 KEPT, PERIOD, LASTS = 5, 0.2, 1.0

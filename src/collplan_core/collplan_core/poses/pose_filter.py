@@ -26,13 +26,46 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.impact import Impact
-from collplan_core.parameters import Limits, Mocap, Settings
-from collplan_core.sensing.impact_detection import IMPACT_REACH, FittedImpact, detected_impact, top_speed
-from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
-from collplan_core.sensing.pose_track import BURST, FittedMotion, track_law, with_pose, with_pose_judged
-from collplan_core.sensing.shown_acceleration import NOTHING_SHOWN, Shown
-from collplan_core.sensing.six_degrees import NO_FLOOR, TILT, YAW, Floor, tilt_of, turns, why_off_floor
+from collplan_core.parameters import Limits, Mocap, Robot, Settings
+from collplan_core.poses.impact_detection import (
+    ACCELERATION_SHARE,
+    IMPACT_REACH,
+    FittedImpact,
+    detected_impact,
+    top_speed,
+)
+from collplan_core.poses.pose_track import BURST, FittedMotion, track_law, with_pose, with_pose_judged
+from collplan_core.poses.shown_acceleration import NOTHING_SHOWN, Shown
+from collplan_core.poses.six_degrees import NO_FLOOR, TILT, YAW, Floor, tilt_of, turns, why_off_floor
 from collplan_core.state import State
+
+
+class Deviations(NamedTuple):
+    """Standard deviations of a measured motion."""
+
+    position: float  # by axis [m]
+    yaw: float  # [rad]
+    velocity: float  # by axis [m/s]
+    yaw_rate: float  # [rad/s]
+
+
+EXACT = Deviations(0.0, 0.0, 0.0, 0.0)
+
+
+def deviations_of(motion: FittedMotion, robot: Robot, mocap: Mocap) -> Deviations:
+    """Standard deviations of the newest pose and of the slopes up to it, taken for those at its stamp.
+
+    Meanwhile the wheels may have changed the velocity, and that of a turning rim by as much.
+    """
+    changed = ACCELERATION_SHARE * robot.max_acceleration * motion.delay
+    steepness = 1.0 / math.sqrt(motion.spread)
+    return Deviations(
+        mocap.position_noise,
+        mocap.yaw_noise,
+        math.hypot(mocap.position_noise * steepness, changed),
+        math.hypot(mocap.yaw_noise * steepness, changed / robot.radius),
+    )
+
 
 CERTAIN = 4.0
 """Noise of the velocity that is allowed for, in mocap.position_noise over mocap.velocity_window."""

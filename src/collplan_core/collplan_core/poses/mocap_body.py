@@ -7,7 +7,7 @@ import numpy as np
 
 from collplan_core.parameters import Mocap
 from collplan_core.plane import rotate
-from collplan_core.sensing.pose_filter import PoseSample, check_pose_fields
+from collplan_core.poses.pose_filter import PoseSample, check_pose_fields
 
 EARLY, LATE = 0.3, 0.02
 """Share of a pose's deviation by which the even stamps follow it: a pose may wait on its way, but is never early."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from collplan_core.parameters import ScanInput
 from collplan_core.plane import rotate_rows
+from collplan_core.poses.pose_history import PoseHistory, poses_along
 from collplan_core.scan import Scan
-from collplan_core.sensing.pose_history import PoseHistory, poses_along
-from collplan_core.sensing.scan_filters import used_scan
+from collplan_core.scans.filters import used_scan
 from collplan_core.state import State
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Robot
-from collplan_core.sensing.impact_detection import IMPACT_SPAN, NO_IMPACT, ImpactLaw, find_impact, impact_law
+from collplan_core.poses.impact_detection import IMPACT_SPAN, NO_IMPACT, ImpactLaw, find_impact, impact_law
 
 FEWEST = 3
 """Poses that a first velocity needs."""

@@ -10,13 +10,12 @@ from math import radians, tau
 import numpy as np
 
 from collplan_core.parameters import Lidar
+from collplan_core.poses.pose_history import PoseHistory
 from collplan_core.scan import Scan
-from collplan_core.sensing.lidar_mount import poses_of_sensor
-from collplan_core.sensing.mover_history import MoverHistory
-from collplan_core.sensing.pose_history import PoseHistory
-from collplan_core.sensing.scan_faults import published, returned
+from collplan_core.scans.placing import poses_of_sensor
 from collplan_core.state import State
 from collplan_core.worlds import World, load_world
+from collplan_core.worlds.instant_lidar import MoverHistory, published, returned
 from collplan_core.worlds.raycast import cast_beams
 
 FOOTPRINT = np.linspace(-0.5, 0.5, 5)

@@ -1,1 +1,0 @@
-"""State and impacts of the robot from measured poses; scans, their plausibility and their noise."""
