@@ -49,7 +49,8 @@ class Given:
     """What the loop is made with."""
 
     settings: Settings
-    in_use: Settings  # the same with the drive that was learnt
+    drive: Drive | None  # the drive that was learnt; None without learning
+    in_use: Settings  # the settings with it
     make_deadline: Callable[[Settings], Deadline]
     known_map: Any
     why_forbidden: Callable[[], str]
@@ -90,8 +91,8 @@ class PlannerLoop:
         self.trouble = ""  # reason why there is no plan or the goal has ended; empty while plans are made
         # plans made, impacts received, and plans that foresaw a contact faster than limits.impact_speed
         self.n_plans = self.n_impacts = self.n_hard_plans = 0
-        self._given = Given(settings, settings, make_deadline, known_map, why_forbidden)
-        self._drive = drive_of(settings.robot) if settings.robot.learning == DRIVE else None
+        drive = drive_of(settings.robot) if settings.robot.learning == DRIVE else None
+        self._given = Given(settings, drive, settings, make_deadline, known_map, why_forbidden)
         self._inputs = InputGate(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
         self._recovery, self._progress = Recovery(), Progress()
@@ -103,7 +104,7 @@ class PlannerLoop:
         """Uses other settings from now on; another strategy begins without memory."""
         if settings.planner.strategy != self._given.settings.planner.strategy:
             self._planned = replace(self._planned, memory=self._given.known_map)
-        self._given = replace(self._given, settings=settings, in_use=with_drive(settings, self._drive))
+        self._given = replace(self._given, settings=settings, in_use=with_drive(settings, self._given.drive))
 
     @property
     def _settings(self) -> Settings:
@@ -156,8 +157,8 @@ class PlannerLoop:
 
     def take_drive(self, max_acceleration: float, lag: float, delay: float) -> None:
         """Takes the drive that the controller uses from now on: [m/s^2], [s], [s]."""
-        self._drive = Drive(max_acceleration, lag, delay)
-        self._given = replace(self._given, in_use=with_drive(self._given.settings, self._drive))
+        drive = Drive(max_acceleration, lag, delay)
+        self._given = replace(self._given, drive=drive, in_use=with_drive(self._given.settings, drive))
 
     def take_manual_command(self) -> None:
         """Takes a person's command, which the robot follows instead of the plan."""
@@ -401,11 +402,10 @@ class PlannerLoop:
             self._decide_on(plan, lasts, self._planned.placed.local_map)
 
     def _decide_on(self, plan: Plan, valid_until: float, local_map: LocalMap) -> None:
-        memory = self._planned.memory
-        boundaries = None if memory is None else self._planner.boundaries(memory)
+        boundaries = None if (memory := self._planned.memory) is None else self._planner.boundaries(memory)
         self._progress.may_be_open()
         self._become(EXECUTING)
-        held = replace(plan, valid_until=valid_until, drive=self._drive)
+        held = replace(plan, valid_until=valid_until, drive=self._given.drive)
         self._decisions.append(Cycle(held, local_map, boundaries))
         kind, noticed = self._reported
         if kind:
