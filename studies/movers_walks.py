@@ -31,12 +31,7 @@ LEGS = (0.05, 0.07)
 
 
 def read_walks(path: Path) -> list[np.ndarray]:
-    """The walks (n, 3) time [s], x, y [m] of a file, by time.
-
-    Raises:
-        ValueError: a line is no place, a walker is at two places at a time, or nobody walks; the file is named.
-        OSError: the file cannot be read.
-    """
+    """The walks (n, 3) time [s], x, y [m] of a file, by time; a ValueError names it and the line that is no place."""
     with Path(path).open(encoding="utf-8", newline="") as lines:
         rows = list(csv.reader(lines))[1:]
     table = np.array([_place(f"{path}: line {i}", row) for i, row in enumerate(rows, 2)]).reshape(-1, 4)
@@ -55,7 +50,6 @@ def read_walks(path: Path) -> list[np.ndarray]:
 
 
 def _place(key: str, row: list[str]) -> list[float]:
-    """A line of the file as numbers."""
     try:
         place = [float(value) for value in row]
     except ValueError:
@@ -66,10 +60,7 @@ def _place(key: str, row: list[str]) -> list[float]:
 
 
 def crossing_of(walks: list[np.ndarray], index: int, seed: int) -> World:
-    """The world of a trial: start, goal and everybody who walks there, drawn anew until both ends are free.
-
-    ValueError: they are not in `DRAWS` draws.
-    """
+    """The world of a trial: start, goal and all who walk there, drawn until both ends are free; ValueError: never."""
     random = np.random.default_rng([seed, index, 3])
     for _ in range(DRAWS):
         walk = walks[random.integers(len(walks))]
