@@ -38,6 +38,9 @@ STRATEGIES = ("avoid", "bounce", "low_risk")
 JOBS = 2
 ALONE, MOVERS, FORESEEN = "alone", "movers", "foreseen"
 """Without movers; with movers; with movers, and limits.emerging_speed at the speed of the fastest."""
+COLUMNS = f"""Simulated. `touched_moving`: the robot drove towards what it touched, at above {STILL:g} m/s.
+`appeared_too_close`: of these the runs in which no stop could have saved a touch; in the rest of them one could.
+`time_over_no_movers`: sum of the arrival times over that of the same trials without movers."""
 Task = tuple[int, int, str, str, str, str]
 """Number of the trial, first seed, strategy, which of the three, LIDAR, and the file of walks or none."""
 
@@ -104,7 +107,7 @@ def reached(row: dict[str, Any]) -> bool:
 def table(lines: Sequence[dict[str, Any]]) -> str:
     """The lines as text."""
     rows = [tuple(number(v, 2) if isinstance(v, float) else str(v) for v in line.values()) for line in lines]
-    return markdown(Section("", "Simulated.", tuple(lines[0]), rows))
+    return markdown(Section("", COLUMNS, tuple(lines[0]), rows))
 
 
 def run_missing(tasks: Sequence[Task], out: JsonLines, code: str, jobs: int) -> Iterator[int]:
@@ -127,6 +130,11 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=JOBS, help=f"processes (default {JOBS})")
     parser.add_argument("--out", type=Path, default=Path("runs/movers.json"), help="the figures; rows go to .jsonl")
     given = parser.parse_args(args)
+    try:
+        if given.walks:
+            read_walks(Path(given.walks))
+    except (OSError, ValueError) as error:
+        parser.error(f"--walks: {error}")
     kind = FORESEEN if given.foreseen else MOVERS
     out, code = JsonLines(given.out.with_suffix(".jsonl")), trial_code()
     wanted: list[Task] = [

@@ -24,26 +24,45 @@ LEAVES, ARRIVES = 1.5, 3.0
 """[s]"""
 SLOWEST = 0.5
 """Speed of one whose way is crossed [m/s]."""
+DRAWS = 1000
+"""Draws of a walk after which the file is taken to hold none that a robot can cross."""
 LEGS = (0.05, 0.07)
 """Radius of a leg [m]."""
 
 
 def read_walks(path: Path) -> list[np.ndarray]:
-    """The walks (n, 3) time [s], x, y [m] of a file; a ValueError names the file if it holds something else."""
+    """The walks (n, 3) time [s], x, y [m] of a file, by time; a ValueError names it and the line that is no place."""
     with Path(path).open(encoding="utf-8", newline="") as lines:
         rows = list(csv.reader(lines))[1:]
+    table = np.array([_place(f"{path}: line {i}", row) for i, row in enumerate(rows, 2)]).reshape(-1, 4)
+    walks = []
+    for walker in np.unique(table[:, 0]):
+        walk = table[table[:, 0] == walker, 1:]
+        walk = walk[np.argsort(walk[:, 0])]
+        again = walk[1:, 0][np.diff(walk[:, 0]) <= 0.0]
+        if len(again):
+            raise ValueError(f"{path}: got walker {walker:g} twice at {again[0]:g} s, expected one place at a time")
+        if len(walk) > 1:
+            walks.append(walk)
+    if not walks:
+        raise ValueError(f"{path}: got no walk, expected two places or more of a walker")
+    return walks
+
+
+def _place(key: str, row: list[str]) -> list[float]:
     try:
-        table = np.array(rows, dtype=float).reshape(-1, 4)
+        place = [float(value) for value in row]
     except ValueError:
-        raise ValueError(f"{path}: expected a table of walker, time [s], x, y [m] under one line of names") from None
-    walks = (table[table[:, 0] == walker, 1:] for walker in np.unique(table[:, 0]))
-    return [walk[np.argsort(walk[:, 0])] for walk in walks if len(walk) > 1]
+        place = []
+    if len(place) != 4 or not np.isfinite(place).all():
+        raise ValueError(f"{key}: got {','.join(row)!r:.80}, expected walker, time [s], x, y [m]")
+    return place
 
 
 def crossing_of(walks: list[np.ndarray], index: int, seed: int) -> World:
-    """The world of a trial: start, goal and everybody who walks there, drawn anew until both ends are free."""
+    """The world of a trial: start, goal and all who walk there, drawn until both ends are free; ValueError: never."""
     random = np.random.default_rng([seed, index, 3])
-    while True:
+    for _ in range(DRAWS):
         walk = walks[random.integers(len(walks))]
         k, angle = int(random.integers(1, len(walk))), random.uniform(-np.pi, np.pi)
         begins = walk[k, 0] - COMES + random.uniform(-0.5, 0.5)
@@ -59,6 +78,7 @@ def crossing_of(walks: list[np.ndarray], index: int, seed: int) -> World:
             movers = tuple(_person(each, random) for each in there)
             bounds = tuple(np.concatenate([low, high]).tolist())
             return World(f"walks:{seed + index}", (), np.zeros((0, 3)), bounds, False, start, goal, movers=movers)
+    raise ValueError(f"walks: got none at {SLOWEST} m/s or more with a free start and goal in {DRAWS} draws")
 
 
 def _from(walk: np.ndarray, begins: float) -> np.ndarray:
@@ -83,7 +103,6 @@ def _leaves_free(walk: np.ndarray, start: np.ndarray, goal: np.ndarray) -> bool:
 
 
 def _person(walk: np.ndarray, random: np.random.Generator) -> Mover:
-    walk[:, 1] += 1e-6 * (np.arange(len(walk)) % 2)  # a way has no two equal points in a row
     length, lasts = np.hypot(*np.diff(walk[:, 1:], axis=0).T).sum(), walk[-1, 0] - walk[0, 0]
     speed = max(float(length / lasts), 0.2) if lasts > 0.0 else SLOWEST
     return Mover(random.uniform(*LEGS), walk[:, 1:], speed, kind=PERSON, times=walk[:, 0])

@@ -175,6 +175,20 @@ def test_a_robot_crosses_recorded_walks_to_a_goal_that_stays_free(tmp_path):
         away = [np.hypot(*(np.array(place_at(mover, time)) - world.goal)) for time in np.arange(3.0, 20.0, 0.2)]
         assert min(away) > 0.69
         assert place_at(mover, 20.0)[0] > 3.5  # who leaves the record walks on
-    file.write_text("a,b\n1,2,3\n", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"walks.csv: expected a table of walker, time"):
-        read_walks(file)
+
+
+def test_a_file_of_walks_that_holds_none_is_refused_before_a_trial(tmp_path, capsys):
+    file = tmp_path / "walks.csv"
+    for text, words in (
+        ("1,0,0,0\n1,0.4,x,0\n", "walks.csv: line 3: got '1,0.4,x,0', expected walker, time [s], x, y [m]"),
+        ("1,0,0\n", "walks.csv: line 2: got '1,0,0', expected walker, time [s], x, y [m]"),
+        ("1,0,0,0\n1,0,1,0\n", "walks.csv: got walker 1 twice at 0 s, expected one place at a time"),
+        ("", "walks.csv: got no walk, expected two places or more of a walker"),
+    ):
+        file.write_text("walker,time_s,x_m,y_m\n" + text, encoding="utf-8")
+        with pytest.raises(SystemExit, match="2"):
+            main(["--walks", str(file), "--out", str(tmp_path / "movers.json")])
+        assert words in capsys.readouterr().err
+    stands = np.array([[0.0, 1.0, 2.0], [0.4, 1.0, 2.0]])
+    with pytest.raises(ValueError, match="walks: got none at"):
+        crossing_of([stands], 0, 5)

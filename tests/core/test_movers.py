@@ -81,6 +81,7 @@ def test_bad_movers_are_refused_and_named():
         (f"{good}, sped: 1", "movers[1].sped: unknown key, expected radius, way, speed"),
         ("radius: 0.1, speed: 1, way: [[1, 1], [1, 1]]", "movers[1].way: got [[1.0, 1.0], [1.0, 1.0]], expected"),
         ("radius: 0.1, speed: 1, way: [[1, 1], [5, 1]]", "movers[1].way[1]: [5.0, 1.0] is outside the arena"),
+        (f"{good}, times: [0, true]", "movers[1].times: got [0, True], expected as many rising times"),
         ("radius: 0.1, speed: 1, way: [[3, 3]]", "movers[1].way[0]: [3.0, 3.0] is inside circles[0]"),
     ):
         text = f"bounds: [0, 0, 4, 4]\ncircles: [{{center: [3, 3], radius: 0.2}}]\nmovers: [{{{good}}}, {{{bad}}}]\n"
@@ -183,5 +184,9 @@ def test_a_recorded_walk_is_at_its_places_at_its_times():
     assert [place_at(mover, time) for time in (0.5, 1.0, 2.5, 9.0)] == [(0.5, 0.0), (1.0, 0.0), (1.0, 0.75), (1.0, 1.5)]
     with pytest.raises(ValueError, match=r"times: got \[1.0, 0.0, 2.0\], expected as many rising times"):
         Mover(0.06, way, 1.0, times=[1.0, 0.0, 2.0])
+    # who is twice at one place stands there, on two legs that stand
+    stood = Mover(0.06, way[[0, 1, 1, 2]], 1.0, kind=PERSON, times=[0.0, 1.0, 3.0, 4.0])
+    assert np.ptp(legs_of(stood, np.arange(1.0, 3.0, 0.01)), axis=0).max() < 1e-9
+    assert place_at(stood, 3.5) == (1.0, 0.75)
     with pytest.raises(ValueError, match="kind: got 'dog', expected one of disc, person"):
         Mover(0.06, way, 1.0, kind="dog")

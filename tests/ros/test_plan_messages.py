@@ -154,7 +154,7 @@ def test_a_path_is_what_was_sent_whatever_its_frames_are_called(frame, stamp, po
     FRAMES, FRAMES, st.floats(0.0, 2e9), st.tuples(numbers, numbers), st.tuples(numbers, numbers), st.floats(-3.0, 3.0)
 )
 def test_a_state_is_what_was_sent(frame, base, stamp, position, velocity, yaw):
-    message = c.state_to_odometry(State(stamp, position, velocity, yaw), frame, base)
+    message = c.state_to_odometry(State(stamp, np.array(position), np.array(velocity), yaw), frame, base)
     state = state_from_bytes(serialize_message(message), frame, base)
     assert state.stamp == pytest.approx(stamp, abs=1e-6)
     np.testing.assert_array_equal(state.position, position)

@@ -99,7 +99,7 @@ def bench(ros, stack):
 
 
 def state_message(name, reason="", **values):
-    return status_message(name, Health(OK, reason, {"reason": reason, **values}))
+    return status_message(name, OK, reason, {"reason": reason, **values})
 
 
 # ---- what a page gets

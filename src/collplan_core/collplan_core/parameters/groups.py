@@ -205,7 +205,7 @@ class Limits(Parameters):
     fence: tuple[float, ...] = parameter((), "Corners x, y, x, y, ... in frames.map of a polygon that goals and the robot's centre must be in; empty for none", unit="m", low=-1e6, high=1e6)
     impact_speed: float = parameter(1.2, "Contacts faster than this into an obstacle are not planned by the time-to-goal strategies, and counted with the paper's; v_max excludes none (assumed)", unit="m/s", low=0.0, high=10.0)
     mover_speed: float = parameter(0.0, "The controller sends no command after which the robot could touch what moves at more than this speed of its own", unit="m/s", low=0.0, high=5.0, live=True)
-    emerging_speed: float = parameter(0.0, "Speed of what may come out of places that the robot does not see; it drives only as fast as it can stop before that. 0 expects nothing", unit="m/s", low=0.0, high=5.0, live=True)
+    emerging_speed: float = parameter(0.0, "Speed of what may come out of places that the robot does not see; the robot drives only as fast as it can stop before it. 0 expects nothing", unit="m/s", low=0.0, high=5.0, live=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,7 +9,7 @@ All lengths are in metres, in the world frame:
       - [[0.5, 0.0], [0.8, 0.0], [0.8, 1.0], [0.5, 1.0]]
     circles:                 # optional
       - {center: [1.5, 1.2], radius: 0.2}
-    movers:                  # optional: discs that walk
+    movers:                  # optional: discs and people that walk
       - {radius: 0.12, way: [[1.0, 0.3], [1.0, 2.0]], speed: 0.5}  # [m/s]; see `movers.Mover` for the optional keys
     start: [0.2, 0.2]        # optional
     goal: [2.2, 2.2]         # optional
@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from collplan_core.worlds.keys import check_keys, numbers
-from collplan_core.worlds.movers import WAY_FORM, Mover
+from collplan_core.worlds.movers import TIMES_FORM, WAY_FORM, Mover
 from collplan_core.worlds.occupancy_map import as_world_file, in_words_of_map
 from collplan_core.worlds.shapes import BOUNDS_FORM, MOST_OBSTACLES, POLYGON_FORM, World, WorldError
 from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
@@ -162,6 +162,8 @@ def _mover(key: str, value: Any) -> Mover:
         if not isinstance(value["way"], list):
             raise WorldError(f"way: got {value['way']!r:.80}, {WAY_FORM}")
         way = [numbers(f"way[{i}]", point, 2, POINT_FORM) for i, point in enumerate(value["way"])]
+        if value.get("times") is not None:
+            numbers("times", value["times"], len(way), TIMES_FORM)
         return Mover(**{**value, "way": np.array(way).reshape(-1, 2)})
     except ValueError as error:
         raise WorldError(f"{key}.{error}") from None

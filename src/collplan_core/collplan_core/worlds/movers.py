@@ -8,7 +8,7 @@ import numpy as np
 
 from collplan_core.validation import finite
 
-WAY_FORM = "expected at least one way point [x, y] [m], no two in a row equal"
+WAY_FORM = "expected at least one way point [x, y] [m], no two in a row equal unless times are given"
 
 NUMBERS = {"radius": "above 0 [m]", "speed": "above 0 [m/s]", "delay": "from 0 [s]", "pause": "from 0 [s]"}
 DISC, PERSON = "disc", "person"
@@ -53,7 +53,7 @@ class Mover:
         if self.kind not in KINDS:
             raise ValueError(f"kind: got {self.kind!r:.80}, expected one of {', '.join(KINDS)}")
         way = finite("way", self.way, (None, 2), WAY_FORM)
-        if len(way) == 0 or (np.hypot(*np.diff(way, axis=0).T) < 1e-9).any():
+        if len(way) == 0 or (self.times is None and (np.hypot(*np.diff(way, axis=0).T) < 1e-9).any()):
             raise ValueError(f"way: got {way.tolist()!r:.80}, {WAY_FORM}")
         way.flags.writeable = False
         object.__setattr__(self, "way", way)
