@@ -66,7 +66,7 @@ class Recorder(LogBuilder):
         self.robot: dict[str, str] = {}
         """Values of the newest report of the robot, by key."""
         self.emergency_stop = self.robot_held = self.standing = ""
-        """Why it is latched; why the robot holds itself; why the controller, held or not, stands or creeps; "" if not."""
+        """Why it is latched; why the robot holds itself; why the controller, held or not, stands or creeps; or ""."""
         self.scan_came, self.scan_refused = False, ""
         """Whether a usable scan has come, and the reason of the newest refusal of one before it."""
         self.blind = 0.0
