@@ -214,7 +214,7 @@ def through_graph(case: Case) -> dict[str, Any]:
                 if outcome != REACHED:
                     break
                 legs.append({"time": bringup.pose.stamp - given})
-            held = bringup.recorder.held
+            held = bringup.recorder.robot_held
             return {"case": case, "outcome": outcome, "reason": bringup.reason(outcome), "held": held, "legs": legs}
 
 

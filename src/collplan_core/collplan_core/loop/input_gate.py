@@ -116,7 +116,7 @@ class InputGate:
 
     def take_scan(self, scan: Scan, local: float, settings: Settings) -> None:
         """Adds a scan received at `local` [s, local clock]."""
-        reason = self._why_untimely(scan, local, settings.limits)
+        reason = self._why_late_or_early(scan, local, settings.limits)
         if not reason:
             try:
                 self._count(self.sensed.take_scan(scan, local, settings))
@@ -126,7 +126,7 @@ class InputGate:
             self._refusals.add("scan", reason)
             self.refuse("scan", reason)
 
-    def _why_untimely(self, scan: Scan, local: float, limits: Limits) -> str:
+    def _why_late_or_early(self, scan: Scan, local: float, limits: Limits) -> str:
         """Returns why a scan takes too long, or comes too late or too early for its pose; "" where it is in time."""
         if scan.sweep > limits.scan_age:
             found = f"time_increment or scan_time: {len(scan.ranges)} beams take {scan.sweep:.2g} s"

@@ -203,9 +203,9 @@ class Bringup(Graph):
         return (f"; {sight}" if sight else "") + noise
 
     def _why_not_there(self, monitored: str) -> str:
-        """Returns why the robot is not at the goal: a hold first, then a standing controller, then the planner."""
+        """Why the robot is not at the goal: its own hold, else why the controller stands or holds, else the planner."""
         recorder, frozen = self.recorder, self.complaints.frozen
-        if recorder.held:
-            return f"the robot is held: {recorder.held}{frozen}"
+        if recorder.robot_held:
+            return f"the robot is held: {recorder.robot_held}{frozen}"
         planner = f"{PLANNER}: {recorder.status(PLANNER).message}"
         return f"{monitored}{frozen}; {f'{COMMANDER}: {recorder.standing}' if recorder.standing else planner}"

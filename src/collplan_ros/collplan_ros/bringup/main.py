@@ -93,8 +93,8 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
             outcome = bringup.drive()
             bringup.come_to_rest()
             reason = bringup.reason(outcome)
-            if outcome == REACHED and bringup.recorder.held:
-                raise ending.DrivesOn(f"the goal was reached, and then the robot was held: {bringup.recorder.held}")
+            if outcome == REACHED and (held := bringup.recorder.robot_held):
+                raise ending.DrivesOn(f"the goal was reached, and then the robot was held: {held}")
     except RecordError as error:
         return "record_lost", ending.RECORD_LOST, str(error)
     except (ending.GraphError, ending.Interrupted) as error:

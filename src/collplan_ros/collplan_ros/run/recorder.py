@@ -65,8 +65,8 @@ class Recorder(LogBuilder):
         """Newest report of the goal given last; None before the first."""
         self.robot: dict[str, str] = {}
         """Values of the newest report of the robot, by key."""
-        self.emergency_stop = self.held = self.standing = ""
-        """Why it is latched, why the robot is held, and why it is commanded to stand or to creep; "" where not."""
+        self.emergency_stop = self.robot_held = self.standing = ""
+        """Why it is latched; why the robot holds itself; why the controller, held or not, stands or creeps; or ""."""
         self.scan_came, self.scan_refused = False, ""
         """Whether a usable scan has come, and the reason of the newest refusal of one before it."""
         self.blind = 0.0
@@ -152,7 +152,7 @@ class Recorder(LogBuilder):
         state = values.get("state", "")
         why = message.message or f"emergency stop of {message.name}"
         self.emergency_stop = why if state == STOPPED else ""
-        self.held = values.get("reason", message.message) if state == HELD else ""
+        self.robot_held = values.get("reason", message.message) if state == HELD else ""
 
     def _hear_controller_state(self, message: DiagnosticStatus, _: float) -> None:
         stands = values_of(message).get("maneuver") in STANDING
