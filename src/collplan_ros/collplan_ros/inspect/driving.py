@@ -49,7 +49,7 @@ def find_motion(findings: Findings, way: np.ndarray, recording: Recording, robot
     if shown > BEYOND * robot.max_speed or (stays and asked > 1.2 * shown > 0.1):
         findings.found["robot.max_speed"] = Found(round(1.05 * shown, 3), round(0.1 * shown, 3))
     else:
-        findings.missing["robot.max_speed"] = "record commands, and drive at full speed for 2 s"
+        findings.missing["robot.max_speed"] = "record commands, and drive at full speed for 5 s"
     # a bump is over sooner than the wheels accelerate: each third of a change must have its part
     changes = velocities[6:] - velocities[:-6]
     along = changes / np.maximum(np.hypot(*changes.T), 1e-9)[:, None]
