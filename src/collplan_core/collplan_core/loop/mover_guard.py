@@ -56,7 +56,7 @@ def kept_off(command: Command, state: State, movers: Movers, placed: PlacedScan 
     if share == 1.0:
         return command
     away = _nearest(reached[row : row + 1], state, settings.robot.radius)
-    if placed is None or row < len(movers):
+    if placed is None or reached[row, MORE] > 0.0:
         return replace(sent, reason=f"keeps off a mover {away:.1f} m away")
     hint = sight_hint(placed.local_map.unseen.blind, settings)
     return replace(sent, reason=": ".join(filter(None, (f"keeps off {OUT_OF_VIEW} {away:.1f} m away", hint))))
@@ -71,7 +71,7 @@ def sight_hint(blind: float, settings: Settings) -> str:
 
 def _reached(movers: Movers, placed: PlacedScan | None, now: float, settings: Settings, freely: float) -> np.ndarray:
     """(k, 10) what can be reached from `now` [s] on, for `movers.guard`; first the movers, allowed `freely` [m/s]."""
-    moving, emerging = movers.rows_at(now), settings.limits.emerging_speed
+    moving, emerging = _or_slower(movers, now), settings.limits.emerging_speed
     rows = np.empty((len(moving), 10))
     rows[:, :6] = moving[:, [0, 1, 0, 1, 2, 3]]
     rows[:, REACH], rows[:, GROWTH] = moving[:, 4] + settings.movers.clearance, moving[:, 5]
@@ -87,6 +87,15 @@ def _reached(movers: Movers, placed: PlacedScan | None, now: float, settings: Se
     unseen[: len(shown.unseen.edges), REACH] += 0.5 * CELL
     unseen[:, GROWTH], unseen[:, ALLOWED] = emerging, max(freely, CREEP)
     return np.vstack([rows, unseen])
+
+
+def _or_slower(movers: Movers, now: float) -> np.ndarray:
+    """(m, 6) the movers' rows, and again those of discs that are alone, at half the speed."""
+    # of a person of whom one leg alone moves so far, that leg is twice as fast as the person, and stops for the next
+    rows, (_, of, legs) = movers.rows_at(now), np.unique(movers.numbers, return_inverse=True, return_counts=True)
+    slower = rows[legs[of] == 1]
+    slower[:, 2:4] *= 0.5
+    return np.vstack([rows, slower])
 
 
 def _nearest(reached: np.ndarray, state: State, radius: float) -> float:

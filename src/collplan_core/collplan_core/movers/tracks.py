@@ -54,13 +54,16 @@ class Track:
     first: np.ndarray  # (2,) its first centre [m]
     newest: np.ndarray  # (m, 4) stamp [s], centre and radius [m] of the newest of these
     trail: np.ndarray  # (h, 3) stamp [s] and centre [m] of sights about TRAIL_STEP apart in the last TRAIL_TIME
+    came: float = 0.0  # the farthest that it was from its first centre [m]
     stopped: float = math.inf  # since when it is remembered where it stopped, unseen [s]; inf while it is seen
 
     def seen_again(self, time: float, cluster: Cluster) -> "Track":
         """The track with one more sight, in place of those that are not older: a scan may come again for one pose."""
         newest = np.vstack([self.newest[self.newest[:, 0] < time], [time, *cluster.center, cluster.radius]])
         trail = _with_place(self.trail, time, cluster.center)
-        return replace(self, sights=self.sights + 1, newest=newest[-KEPT_SIGHTS:], trail=trail, stopped=math.inf)
+        came = max(self.came, float(np.hypot(*(cluster.center - self.first))))
+        kept = newest[-KEPT_SIGHTS:]
+        return replace(self, sights=self.sights + 1, newest=kept, trail=trail, came=came, stopped=math.inf)
 
     def where_it_stopped(self, time: float) -> "Track":
         """The track of one that has been out of sight for long, and is taken to stand at its last place."""
@@ -79,8 +82,8 @@ class Track:
 
     @property
     def is_walker(self) -> bool:
-        """True once it has come from elsewhere: it is no wall where it stops."""
-        return self.sights >= CONFIRMED and float(np.hypot(*(self.centers[-1] - self.first))) > WALKED_IN
+        """True once it has come from elsewhere, or was there: it is no wall where it stops."""
+        return self.sights >= CONFIRMED and self.came > WALKED_IN
 
     @property
     def last_seen(self) -> float:
