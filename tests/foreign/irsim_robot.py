@@ -3,6 +3,7 @@
 It takes /cmd_vel in its body frame and gives /odom with slip and drift, /tf, /tf_static and /scan; in a real robot the
 localisation is another node. `python irsim_robot.py WORLD.yaml SEED` runs it until it is ended. For tests it takes
 /fault: silent, unlocalised, deaf, late or reversed; /truth is its true motion and, as angular.z, the number of touches.
+Its frame is the fault that it has by then: a process that is held up takes one late.
 """
 
 import math
@@ -82,6 +83,7 @@ class IrSimRobot(Node):
         self._unseen *= math.exp(-STEP / 0.05)
         self._odometry_at += SCALE * seen * STEP
         truth = Odometry(twist=self._twist(self._velocity, float(self._touches)))
+        truth.header.frame_id = self._fault
         truth.pose.pose.position.x, truth.pose.pose.position.y = self._robot.state[:2, 0].tolist()
         self._truth.publish(truth)
         if self._fault != "silent":

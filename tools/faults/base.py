@@ -83,10 +83,15 @@ class BaseGraph(LiveGraph):
         return begun
 
     def tell_base(self, fault: str) -> float:
-        """Switches its fault of this name on, "" for none; returns when [s, steady clock]."""
-        begun = self.now()
+        """Switches its fault of this name on, "" for none; returns when it last sent without it [s, steady clock].
+
+        BenchError: it does not take it. A base that is held up, or behind its own time, goes on sending meanwhile.
+        """
+        truth, begun = self.streams.truth, self.now()
         self._faults.publish(String(data=fault))
-        return begun
+        if not self.until(lambda: truth[-1].frame == fault, WAIT):
+            raise BenchError(f"the base does not take the fault {fault!r}")
+        return next((row.sent for row in reversed(truth) if row.frame != fault), begun)
 
     def why_not_held(self, words: str = "") -> str:
         """Says that neither robot nor controller is held, or for another reason than these words; empty where so."""

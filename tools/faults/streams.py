@@ -35,12 +35,13 @@ class Commanded(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where the robot truly was [m], or a pose of the motion capture, without a speed [m/s]."""
+    """Where the robot truly was [m] and in which frame, or a pose of the motion capture, without a speed [m/s]."""
 
     sent: float
     x: float
     y: float
     speed: float = math.nan
+    frame: str = ""
 
 
 class Said(NamedTuple):
@@ -91,7 +92,7 @@ class Streams:
 
     def _take_truth(self, message: Odometry, sent: float) -> None:
         place, linear = message.pose.pose.position, message.twist.twist.linear
-        self.truth.append(Motion(sent, place.x, place.y, math.hypot(linear.x, linear.y)))
+        self.truth.append(Motion(sent, place.x, place.y, math.hypot(linear.x, linear.y), message.header.frame_id))
 
     def _take_pose(self, message: Odometry, sent: float) -> None:
         place = message.pose.pose.position
