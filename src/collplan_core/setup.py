@@ -7,7 +7,7 @@ PACKAGE = "collplan_core"
 
 setup(
     name=PACKAGE,
-    version="1.1.0",
+    version="1.2.0",
     description="Contact-prone planning and control: the algorithm, without ROS",
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",

@@ -7,7 +7,7 @@ PACKAGE = "collplan_gym"
 
 setup(
     name=PACKAGE,
-    version="1.1.0",
+    version="1.2.0",
     description="The simulated robot as an environment of gymnasium",
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",

@@ -9,7 +9,7 @@ PACKAGE = "collplan_ros"
 
 setup(
     name=PACKAGE,
-    version="1.1.0",
+    version="1.2.0",
     description="ROS 2 nodes of collplan: motion capture, lidar, planner, controller, and bringup",
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",

@@ -7,7 +7,7 @@ PACKAGE = "collplan_study"
 
 setup(
     name=PACKAGE,
-    version="1.1.0",
+    version="1.2.0",
     description="The study: a grid of simulated trials in one command, each reproducible, none lost",
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",

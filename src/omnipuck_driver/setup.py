@@ -12,7 +12,7 @@ if not Path("firmware").is_dir():  # colcon builds in a folder of links, without
 
 setup(
     name=PACKAGE,
-    version="1.1.0",
+    version="1.2.0",
     description="Serial driver of the Omnipuck",
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",

@@ -7,7 +7,7 @@ PACKAGE = "omnipuck_sim"
 
 setup(
     name=PACKAGE,
-    version="1.1.0",
+    version="1.2.0",
     description="Simulated Omnipuck: physics, the simulator node, and the closed loop without ROS",
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collplan_core.worlds import World, WorldError, load_world, world_segments
     from collplan_core.worlds.raycast import simulate_scan
 
-__version__ = "1.1.0"
+__version__ = "1.2.0"
 __all__ = [
     "LocalMap",
     "NoPlan",
