@@ -66,11 +66,12 @@ class BaseFaults:
             self._free, self._next = drive.forgotten(), -np.inf
             return
         self._free = drive.since(self._free)
-        sent, motion = drive.commands[:, 1], self._free.motion
-        if len(sent) == 0:
+        motion = self._free.motion
+        stamp = float(motion[-1, 1])
+        if stamp < self._next or len(drive.commands) == 0:
             return
-        begin = motion[-1, 1] - WINDOW
-        if motion[-1, 1] < self._next or motion[0, 1] > begin or sent[0] > begin:
+        sent, begin = drive.commands[:, 1], stamp - WINDOW
+        if motion[0, 1] > begin or sent[0] > begin:
             return
         motion = motion[max(int(motion[:, 1].searchsorted(begin)) - 1, 0) :]
         if np.ptp(motion[:, 6]) < TURNED:

@@ -26,7 +26,7 @@ class DriveRecord(NamedTuple):
     def with_pose(self, state: State, local: float) -> "DriveRecord":
         """The record with a pose received at `local` [s, local clock]."""
         row = local, state.stamp, *state.velocity.tolist(), *state.position.tolist(), state.yaw
-        return self._replace(motion=_with_row(self.motion, np.array(row)), n_motion=self.n_motion + 1)
+        return DriveRecord(self.commands, _with_row(self.motion, row), self.n_commands, self.n_motion + 1)
 
     def with_command(self, velocity: np.ndarray, local: float) -> "DriveRecord":
         """The record with a velocity (2,) [m/s, body frame] sent at `local` [s, local clock]; none before a pose."""
@@ -36,8 +36,8 @@ class DriveRecord(NamedTuple):
         now, (x, y) = stamp + (local - received), velocity.tolist()
         # a pose that comes late sets the time on the poses' clock back a little
         now = max(now, float(self.commands[-1, 1])) if len(self.commands) else now
-        row = np.array((local, now, *rotate(x, y, yaw), x, y))
-        return self._replace(commands=_with_row(self.commands, row), n_commands=self.n_commands + 1)
+        row = local, now, *rotate(x, y, yaw), x, y
+        return DriveRecord(_with_row(self.commands, row), self.motion, self.n_commands + 1, self.n_motion)
 
     def told(self, columns: tuple[int, int, int]) -> np.ndarray:
         """Commands (n, 3): time [s] and velocity [m/s], by BY_RECEIPT, BY_STAMP or OF_BODY."""
@@ -51,6 +51,8 @@ class DriveRecord(NamedTuple):
         """The rows from the first one of an earlier record on; where that has none, those added after it."""
         told = self.n_commands - before.n_commands + len(before.commands)
         moved = self.n_motion - before.n_motion + len(before.motion)
+        if told >= len(self.commands) and moved >= len(self.motion):
+            return self
         return self._replace(commands=_last(self.commands, told), motion=_last(self.motion, moved))
 
 
@@ -59,12 +61,13 @@ def _last(rows: np.ndarray, n: int) -> np.ndarray:
 
 
 @njit
-def _with_row(rows: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """The rows (n, k) with one more (k,), time first [s], without those older than SPAN."""
+def _with_row(rows: np.ndarray, row: tuple[float, ...]) -> np.ndarray:
+    """The rows (n, k) with one more of k numbers, time first [s], without those older than SPAN."""
     # compiled, as it is called for each pose
     first = int(np.searchsorted(rows[:, 0], row[0] - SPAN))
     n = len(rows) - first
     kept = np.empty((n + 1, rows.shape[1]))
     kept[:n] = rows[first:]
-    kept[n] = row
+    for k, value in enumerate(row):
+        kept[n, k] = value
     return kept

@@ -74,7 +74,7 @@ class DriveLearner:
         states = np.zeros((n, 4)), np.zeros((n, 4, 4))
         self._bank = Bank(*axes, *states, prior.copy(), prior, np.zeros(n), np.ones(n, bool))
         self._best = int(prior.argmax())
-        self._commands = np.zeros((0, 3))
+        self._told = np.zeros((0, 3))
         self._waiting: deque[_Pose] = deque()
         self._recent: deque[_Pose] = deque(maxlen=4)
         self._newest, self._blocked = -math.inf, -math.inf
@@ -83,7 +83,7 @@ class DriveLearner:
 
     def take_pose(self, pose: tuple[float, float, float, float], commands: np.ndarray) -> None:
         """Takes a pose: its stamp [s], x, y [m] and yaw [rad]; commands (n, 3), as in `bank.foresee`."""
-        self._commands = commands[max(int(commands[:, 0].searchsorted(commands[-1:, 0].sum() - KEPT)) - 1, 0) :]
+        self._told = commands
         if pose[0] >= self._blocked:
             self._waiting.append(_Pose(*pose))
         while self._waiting and self._waiting[0].stamp <= pose[0] - WAIT:
@@ -132,7 +132,9 @@ class DriveLearner:
         """Compares the models, from `begin` on [s], by a mean of poses, of that variance by axis [m^2]."""
         self._at = pose.stamp
         bank, limits = tuple(self._bank), (OUTLIER, MOST)
-        square, apart, is_outlier = compare(bank, self._commands, begin, tuple(pose), variance, self._best, limits)
+        told = self._told
+        told = told[max(int(told[:, 0].searchsorted(told[-1:, 0].sum() - KEPT)) - 1, 0) :]
+        square, apart, is_outlier = compare(bank, told, begin, tuple(pose), variance, self._best, limits)
         if is_outlier:
             self._in_a_row += 1
             if self._in_a_row >= IN_A_ROW:

@@ -83,7 +83,7 @@ class Recovery:
         motion, commands = self._recent.motion, self._recent.told(BY_STAMP)
         if len(commands) == 0 or state.stamp - commands[-1, 0] > settings.limits.command_age:
             return ""
-        return why_stuck(motion[:, [1, 4, 5]], commands, settings.robot.max_acceleration)
+        return why_stuck(motion.take((1, 4, 5), axis=1), commands, settings.robot.max_acceleration)
 
     def _is_farther(self, x: float, y: float) -> bool:
         return not self._trail or math.dist((x, y), self._trail[-1]) >= STEP
