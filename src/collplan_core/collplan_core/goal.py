@@ -33,4 +33,4 @@ class Goal:
 
 
 NOT_GIVEN = Goal(b"", 0.0, np.full(2, np.nan), NO_GOAL)
-"""What stands for the goal before there is one."""
+"""The goal of a loop that was given none yet."""

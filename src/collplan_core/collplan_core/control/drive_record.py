@@ -1,4 +1,4 @@
-"""What a robot was commanded and how it moved: the one record of a loop, for all that compare the two."""
+"""Record of the commands to a robot and of its measured motion, one for each loop."""
 
 from typing import NamedTuple
 

@@ -258,7 +258,7 @@ def _compared(
 
 
 def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, delay: float) -> bool:
-    """Whether the robot gained speed in any TURN_TIME, but not towards its commands of up to `delay` [s] before."""
+    """True where the robot gained speed in any TURN_TIME, but not towards its commands of up to `delay` [s] before."""
     # means of three: a single velocity has noise
     smooth = (velocities[:-2] + velocities[1:-1] + velocities[2:]) / 3.0
     n = round(TURN_TIME / STEP) - 2

@@ -17,7 +17,7 @@ HARD = 0.3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunRecord:
-    """What came of a run: times are stamps on the poses' clock [s], vectors are in the world frame."""
+    """Record of a run: times are stamps on the poses' clock [s], vectors are in the world frame."""
 
     begin: float | None  # of the first command that moves the robot; None without one
     arrived: float  # of the pose with which the run ended

@@ -102,7 +102,7 @@ def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: f
 
 @njit
 def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
-    """Whether the path, beyond the numbered surface from sample `first`, ends there or goes deeper than GRAZE."""
+    """True where the path, beyond the numbered surface from sample `first`, ends there or goes deeper than GRAZE."""
     # It is no longer beyond where it is in F again or behind a frontier, or goes round the end of what is seen of the
     # surface. `free` is border, surface and shadow of F.
     border, surface, shadow = free

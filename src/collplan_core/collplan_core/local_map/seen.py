@@ -23,7 +23,7 @@ BEHIND = 3
 
 
 class SeenSurfaces(NamedTuple):
-    """What the n beams of a scan met, in counter-clockwise order, along the world's axes from the robot's centre."""
+    """Surfaces that the n beams of a scan met, counter-clockwise, along the world's axes from the robot's centre."""
 
     stamp: float  # stamp of the scan [s]
     sweep: Sweep  # geometry of the beams

@@ -50,7 +50,7 @@ def _off_line(px: float, py: float, ax: float, ay: float, bx: float, by: float) 
 
 @njit
 def _are_joined(hits: np.ndarray, distance: np.ndarray, before: int, i: int, j: int, after: int, sweep: Sweep) -> bool:
-    """Whether hits i and j, one beam apart, lie on one surface; before, after: their neighbours, -1 for none."""
+    """True where hits i and j, one beam apart, lie on one surface; before, after: their neighbours, -1 for none."""
     # Either their distance is one that a wall at the grazing angle explains (adaptive breakpoint, Borges and Aldon
     # 2004), or one of them lies on the line through the other and its own neighbour: a wall at a still flatter angle.
     gap = math.hypot(hits[j, 0] - hits[i, 0], hits[j, 1] - hits[i, 1])

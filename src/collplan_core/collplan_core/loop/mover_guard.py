@@ -71,7 +71,7 @@ def sight_hint(blind: float, settings: Settings) -> str:
 
 def _reached(movers: Movers, placed: PlacedScan | None, now: float, settings: Settings, freely: float) -> np.ndarray:
     """(k, 10) what can be reached from `now` [s] on, for `movers.guard`; first the movers, allowed `freely` [m/s]."""
-    moving, emerging = _or_slower(movers, now), settings.limits.emerging_speed
+    moving, emerging = _or_slower(movers, now) if len(movers) else movers.rows, settings.limits.emerging_speed
     rows = np.empty((len(moving), 10))
     rows[:, :6] = moving[:, [0, 1, 0, 1, 2, 3]]
     rows[:, REACH], rows[:, GROWTH] = moving[:, 4] + settings.movers.clearance, moving[:, 5]

@@ -46,7 +46,7 @@ ALARM_PERIODS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """What the loop is made with."""
+    """Settings and functions that a planner's loop is made with."""
 
     settings: Settings
     drive: Drive | None  # the drive that was learnt; None without learning
@@ -58,7 +58,7 @@ class Given:
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """What the next plan begins with."""
+    """Memory, speed and scan with which the next plan begins."""
 
     memory: Any  # the planner's
     speed: float  # top speed of the newest plan [m/s]

@@ -1,4 +1,4 @@
-"""Whether the robot gets to its goal: time, the way since it last came nearer, where it stays, and no way there."""
+"""Progress of the robot to its goal: time, the way since it last came nearer, where it stays, and no way there."""
 
 import math
 
